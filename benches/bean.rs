@@ -10,7 +10,7 @@ use tropism::environment::unwatched;
 use tropism::geometry::Point;
 use tropism::lamps::Light;
 use tropism::obstacle::{Obstacle, Solid};
-use tropism::task::{Obstacles, OpenLoop, Targets, Task};
+use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism_bean::{Bean, Population, Species, Trial, acceptance, lamp_powers};
 
@@ -75,7 +75,7 @@ fn population(criterion: &mut Criterion) {
         });
     });
     let trial = Trial::new(&species);
-    let task = OpenLoop { steps: STEPS, ..OpenLoop::default() };
+    let task = Task::open_loop(STEPS);
     let periodic = || Periodic::new(acceptance::SWITCH_STEPS, &trial.layout).starting_with(Light::RIGHT);
     group.bench_function("tracked, plain", |bencher| {
         bencher.iter_custom(|rounds| {
@@ -94,7 +94,7 @@ fn population(criterion: &mut Criterion) {
 /// Whole experiments of the paper under chase: plants one by one, and side by side in vector lanes, as `tropism grow` grows them.
 fn paper(criterion: &mut Criterion) {
     let species = Species::default();
-    let (trial, task) = (Trial::new(&species), Targets::default());
+    let (trial, task) = (Trial::new(&species), Task::default());
     let seeds: Vec<u64> = (0..2 * PLANTS).collect();
     let greedy = || Greedy::new(&task, &trial.layout);
     let grow = || -> Vec<Track> {
@@ -155,7 +155,7 @@ fn chase(criterion: &mut Criterion) {
     }
 }
 
-fn grow_under_chase(trial: &Trial<'_>, task: &Obstacles) -> Vec<Track> {
+fn grow_under_chase(trial: &Trial<'_>, task: &Task) -> Vec<Track> {
     let grow = |seed| trial.grow(seed, &mut Greedy::new(task, &trial.layout), task, &mut unwatched);
     (77..93).map(grow).collect()
 }

@@ -11,7 +11,7 @@ use tropism::observation::Quality;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{NoiseStream, Purpose};
 use tropism::simulation::{BatchModel, Episode, fitness_of};
-use tropism::task::Targets;
+use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism_neat::{Config, Genome, Neat, random_genome};
 
@@ -39,12 +39,12 @@ fn model(steps: u32) -> TipModel {
     TipModel::fit([&track], TipModelConfig::default()).expect("a track with steps in it")
 }
 
-fn task() -> Targets {
-    Targets { end_height_cm: f64::INFINITY, max_steps: STEPS, ..Targets::default() }
+fn task() -> Task {
+    Task { end_height_cm: f64::INFINITY, max_steps: STEPS, ..Task::default() }
 }
 
 /// A population with so many links on average, bred for fitness and, until they are there, for links.
-fn population(links: f64, model: &TipModel, task: &Targets) -> Vec<Genome> {
+fn population(links: f64, model: &TipModel, task: &Task) -> Vec<Genome> {
     let config = Config { population: 150, ..Config::wahby2016() };
     let mut neat = Neat::new(config, 2, 1, 1).expect("the paper's parameters");
     loop {
@@ -62,7 +62,7 @@ fn noise(plant: usize) -> NoiseStream {
     NoiseStream::new(1, Purpose::Growth, [0, plant as u32, 0])
 }
 
-fn evaluate(model: &TipModel, task: &Targets, genomes: &[Genome]) -> Vec<f64> {
+fn evaluate(model: &TipModel, task: &Task, genomes: &[Genome]) -> Vec<f64> {
     let episodes = genomes.iter().enumerate();
     let episodes = episodes.map(|(plant, genome)| Episode { controller: genome, noise: noise(plant) });
     model.score(task, &Sensors::default(), episodes)

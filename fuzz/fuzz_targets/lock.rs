@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use tropism_lab::{holder, lock};
 use tropism_fuzz::scratch;
+use tropism_lab::{holder, lock};
 
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| scratch("lock"));
 

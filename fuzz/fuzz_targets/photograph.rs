@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use tropism::geometry::{Pixel, Region};
-use tropism::photo::{Image, Photo, LazyImage};
+use tropism::photo::{Image, LazyImage, Photo};
 use tropism::vision::raster::source::PixelSource;
 use tropism::vision::{Calibration, Frame, Mode, TipTracker, VisionConfig, lamp_state};
 
@@ -21,13 +21,19 @@ fuzz_target!(|bytes: &[u8]| {
         return;
     }
     if matches!(picture, LazyImage::Jpeg(_)) {
-        agree(&picture, &image, bytes.iter().fold(0, |sum, &byte| 31 * (sum % (1 << 32)) + usize::from(byte)));
+        agree(
+            &picture,
+            &image,
+            bytes.iter().fold(0, |sum, &byte| 31 * (sum % (1 << 32)) + usize::from(byte)),
+        );
     }
     let _ = lamp_state(&picture, None);
     let base = Pixel::new(width as f64 / 2.0, height as f64 - 1.0);
     let calibration = Calibration::from_scale(base, 10.0, width, height);
     for mode in [Mode::Paper, Mode::Robust] {
-        if let Ok(mut tracker) = TipTracker::new(calibration, VisionConfig { mode, ..VisionConfig::default() }) {
+        if let Ok(mut tracker) =
+            TipTracker::new(calibration, VisionConfig { mode, ..VisionConfig::default() })
+        {
             let _ = tracker.observe(&Frame::new(photo.clone()));
         }
     }

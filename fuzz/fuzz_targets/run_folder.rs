@@ -9,8 +9,8 @@ use std::sync::LazyLock;
 use libfuzzer_sys::fuzz_target;
 use tropism::lamps::Light;
 use tropism::rig::Durability;
-use tropism_lab::{Downtime, Journal, files};
 use tropism_fuzz::scratch;
+use tropism_lab::{Downtime, Journal, files};
 
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| scratch("run_folder"));
 

@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use tropism::evolve::EvolutionConfig;
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 use tropism::vision::Calibration;
 use tropism_rig::file::RigFile;
 
@@ -16,7 +16,7 @@ fuzz_target!(|text: &str| {
             let _ = calibration.pixel(calibration.point(calibration.base));
         }
     }
-    if let Ok(task) = toml::from_str::<TaskSpec>(text) {
+    if let Ok(task) = toml::from_str::<Task>(text) {
         let _ = task.check();
     }
     if let Ok(evolution) = toml::from_str::<EvolutionConfig>(text) {

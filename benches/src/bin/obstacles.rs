@@ -13,7 +13,7 @@ use tropism::geometry::{Point, Polyline};
 use tropism::lamps::Light;
 use tropism::obstacle::{Obstacle, Pole, Solid};
 use tropism::photo::Photo;
-use tropism::task::{Obstacles, Task};
+use tropism::task::Task;
 use tropism::vision::{Frame, TipTracker, VisionConfig};
 use tropism_bean::render::Renderer;
 use tropism_bean::scene::Scene;
@@ -144,7 +144,7 @@ struct Fate {
 }
 
 /// Grows the plant of `seed` under chase, or in the dark.
-fn fate(task: &Obstacles, seed: u64, is_dark: bool) -> Fate {
+fn fate(task: &Task, seed: u64, is_dark: bool) -> Fate {
     let species = Species::default();
     let trial = Trial { solids: task.solids(), ..Trial::new(&species) };
     let (mut plant, mut chase) = (trial.specimen(seed), Greedy::new(task, &trial.layout));
@@ -152,7 +152,7 @@ fn fate(task: &Obstacles, seed: u64, is_dark: bool) -> Fate {
     let (mut left, mut last) = (task.targets.clone(), f64::NEG_INFINITY);
     for step in 0.. {
         let Ok(seen) = plant.observe();
-        fate.gap = fate.gap.min(task.gap(&seen));
+        fate.gap = fate.gap.min(task.gap_cm(&seen));
         left.retain(|target| {
             let passes = last < target.y && seen.tip.y >= target.y;
             !(passes && seen.tip.distance(*target) <= task.reach_cm)
@@ -171,7 +171,7 @@ fn fate(task: &Obstacles, seed: u64, is_dark: bool) -> Fate {
 }
 
 /// Whether contacts by the task are those of the plant, and how plants in the dark fare.
-fn contacts(task: &Obstacles, plants: u64) {
+fn contacts(task: &Task, plants: u64) {
     let fates = |is_dark| -> Vec<Fate> {
         (0..plants).into_par_iter().map(|seed| fate(task, seed, is_dark)).collect()
     };

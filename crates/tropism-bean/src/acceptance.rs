@@ -14,7 +14,7 @@ use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
 use tropism::math::statistics::{mean, quantile_linear, standard_deviation};
 use tropism::parallel;
-use tropism::task::{OpenLoop, Targets, Task};
+use tropism::task::Task;
 use tropism::track::{PAPER_PERIOD_MIN, Track};
 
 use super::experiments::{self, Response};
@@ -70,7 +70,7 @@ pub const fn alternating(step: u32) -> Light {
 #[must_use]
 pub fn open_loop_experiment(species: &Species, seed: u64) -> Track {
     let mut controller = Periodic::new(SWITCH_STEPS, &Layout::default()).starting_with(Light::RIGHT);
-    let task = OpenLoop { steps: PHASES[2].end as u32, ..OpenLoop::default() };
+    let task = Task::open_loop(PHASES[2].end as u32);
     grow(species, seed, 1.0, &mut controller, &task, &mut unwatched)
 }
 
@@ -245,7 +245,7 @@ pub fn closed_loop<C: Controller + Clone + Sync>(
     tuned: &[(f64, C)],
 ) -> Vec<AcceptanceRow> {
     assert!(!seeds.is_empty() && !tuned.is_empty(), "plants and controllers");
-    let task = Targets::default();
+    let task = Task::default();
     let greedy = Greedy::new(&task, &Layout::default());
     let greedy = fitness(&task, &on_each(species, seeds, &greedy, &task));
     let tracks: Vec<Vec<Track>> =
@@ -257,7 +257,7 @@ pub fn closed_loop<C: Controller + Clone + Sync>(
         let phases = (0..INITIAL_PHASES).map(|part| TAU * f64::from(part) / f64::from(INITIAL_PHASES));
         mean(phases.map(|phase| task.fitness(&track(phase))))
     };
-    let best = task.best();
+    let best = task.best_fitness().expect("eq. (9) has a best");
     [
         (20, "steps to 13.8 cm under a tuned controller", of_each(&steps), [270.0, 360.0]),
         (21, "greedy rule on fresh plants, mean fitness, cm", mean(greedy), [7.0, 11.0]),
@@ -280,14 +280,14 @@ fn on_each<C: Controller + Clone + Sync>(
     species: &Species,
     seeds: &[u64],
     controller: &C,
-    task: &Targets,
+    task: &Task,
 ) -> Vec<Track> {
     parallel::map(seeds.len(), |plant| {
         grow(species, seeds[plant], 1.0, &mut controller.clone(), task, &mut unwatched)
     })
 }
 
-fn fitness(task: &Targets, tracks: &[Track]) -> Vec<f64> {
+fn fitness(task: &Task, tracks: &[Track]) -> Vec<f64> {
     tracks.iter().map(|track| task.fitness(track)).collect()
 }
 

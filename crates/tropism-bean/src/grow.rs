@@ -136,7 +136,7 @@ impl Specimen {
     fn run(
         mut self,
         controller: &mut (impl Controller + ?Sized),
-        task: &(impl Task + ?Sized),
+        task: &Task,
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
     ) -> Track {
         let Ok(track) = run(&mut self, controller, task, watch);
@@ -164,10 +164,10 @@ struct Growing<C> {
 /// use tropism::environment::unwatched;
 /// use tropism_bean::{Species, Trial};
 /// use tropism::lamps::{Layout, Light};
-/// use tropism::task::OpenLoop;
+/// use tropism::task::Task;
 /// let species = Species::default();
 /// let trial = Trial { layout: Layout::four_sides(), period_min: 10.0, ..Trial::new(&species) };
-/// let task = OpenLoop { steps: 36, ..OpenLoop::default() };
+/// let task = Task::open_loop(36);
 /// let mut controller = Periodic::new(18, &trial.layout).starting_with(Light::FRONT);
 /// let track = trial.grow(1, &mut controller, &task, &mut unwatched);
 /// assert_eq!((track.samples.len(), track.period_min), (37, 10.0));
@@ -210,7 +210,7 @@ impl<'s> Trial<'s> {
         &self,
         seed: u64,
         controller: &mut (impl Controller + ?Sized),
-        task: &(impl Task + ?Sized),
+        task: &Task,
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
     ) -> Track {
         self.specimen(seed).run(controller, task, watch)
@@ -225,11 +225,11 @@ impl<'s> Trial<'s> {
     /// use tropism::control::Greedy;
     /// use tropism::environment::unwatched;
     /// use tropism_bean::{Species, Trial};
-    /// use tropism::task::Targets;
+    /// use tropism::task::Task;
     /// use std::ops::ControlFlow;
     /// let species = Species::default();
     /// let trial = Trial::new(&species);
-    /// let task = Targets { max_steps: 24, ..Targets::default() };
+    /// let task = Task { max_steps: 24, ..Task::default() };
     /// let greedy = || Greedy::new(&task, &trial.layout);
     /// let seeds: Vec<u64> = (0..20).collect();
     /// let tracks = trial.grow_all(&seeds, |_| greedy(), &task, &mut |_, _| ControlFlow::Continue(()));
@@ -239,7 +239,7 @@ impl<'s> Trial<'s> {
         &self,
         seeds: &[u64],
         mut make_controller: impl FnMut(usize) -> C,
-        task: &(impl Task + ?Sized),
+        task: &Task,
         watch: &mut dyn FnMut(usize, &Sample) -> ControlFlow<()>,
     ) -> Vec<Track> {
         let mut tracks = vec![Track::default(); seeds.len()];
@@ -302,8 +302,8 @@ impl<'s> Trial<'s> {
 /// use tropism::environment::unwatched;
 /// use tropism_bean::{Species, grow};
 /// use tropism::lamps::Layout;
-/// use tropism::task::Targets;
-/// let task = Targets { max_steps: 24, ..Targets::default() };
+/// use tropism::task::Task;
+/// let task = Task { max_steps: 24, ..Task::default() };
 /// let mut controller = Greedy::new(&task, &Layout::default());
 /// let track = grow(&Species::default(), 1, 1.0, &mut controller, &task, &mut unwatched);
 /// assert_eq!(track.samples.len(), 25);
@@ -313,7 +313,7 @@ pub fn grow(
     seed: u64,
     scale: f64,
     controller: &mut (impl Controller + ?Sized),
-    task: &(impl Task + ?Sized),
+    task: &Task,
     watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
 ) -> Track {
     Trial { scale, ..Trial::new(species) }.grow(seed, controller, task, watch)
@@ -326,7 +326,7 @@ pub fn grow_noise_free(
     species: &Species,
     phase: f64,
     controller: &mut (impl Controller + ?Sized),
-    task: &(impl Task + ?Sized),
+    task: &Task,
 ) -> Track {
     let bean = Bean::noise_free(species.average()).with_phase(phase);
     Trial::new(species).observed(bean, Observer::default()).run(controller, task, &mut unwatched)

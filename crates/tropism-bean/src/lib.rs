@@ -35,5 +35,6 @@ pub use individual::{Fluctuation, Growth, Individual, Leaves, Motility, Nutation
 pub use internodal::Internodal;
 pub use noise::{Pause, ResponseState, response_history};
 pub use population::Population;
+pub use reach::Reach;
 pub use solid::ContactPoint;
 pub use species::{Species, Spread};

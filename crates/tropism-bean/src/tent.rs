@@ -218,7 +218,7 @@ impl Greenhouse {
     /// The same tent with what `task` needs. For a task in space: a camera at the side, and four lamps instead of the paper's
     /// two.
     #[must_use]
-    pub fn for_task(mut self, task: &(impl Task + ?Sized)) -> Self {
+    pub fn for_task(mut self, task: &Task) -> Self {
         if task.is_in_space() {
             self.scene.cameras = 2;
             if is_papers(&self.layout) {
@@ -383,7 +383,7 @@ impl Greenhouse {
         seed: u64,
         period_min: f64,
         controller: &mut (impl Controller + ?Sized),
-        task: &(impl Task + ?Sized),
+        task: &Task,
         watch: &mut dyn FnMut(&Sample, &TentHandle) -> ControlFlow<()>,
     ) -> Track {
         let handle = self.handle(seed, period_min);

@@ -23,7 +23,7 @@ use tropism::control::{Greedy, Periodic};
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light, MAX_LAMPS};
-use tropism::task::{OpenLoop, Targets};
+use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism_bean::{Bean, Individual, Population, Species, Trial, acceptance, grow, lamp_powers};
 
@@ -192,7 +192,7 @@ fn front_and_back_lamps_bend_the_stem_along_z() {
 #[test]
 fn a_track_under_two_of_four_lamps_is_that_under_two() {
     let species = Species::default();
-    let task = OpenLoop { steps: 60, ..OpenLoop::default() };
+    let task = Task::open_loop(60);
     let controller = || Periodic::new(20, &Layout::default());
     let two = grow(&species, 3, 1.0, &mut controller(), &task, &mut unwatched);
     let trial = Trial { layout: Layout::four_sides(), ..Trial::new(&species) };
@@ -213,7 +213,7 @@ fn a_period_decides_when_a_plant_is_observed_and_nothing_else() {
     assert!(distance(often.apex(), seldom.apex()) < 1e-9);
     let species = Species::default();
     let trial = Trial { period_min: 20.0, ..Trial::new(&species) };
-    let task = OpenLoop { steps: 6, ..OpenLoop::default() };
+    let task = Task::open_loop(6);
     let mut controller = Periodic::new(3, &trial.layout);
     let track = trial.grow(1, &mut controller, &task, &mut unwatched);
     assert_eq!((track.period_min, track.samples[6].time_s), (20.0, 7200.0));
@@ -330,7 +330,7 @@ fn tracks_grown_side_by_side_are_those_of_single_plants_to_the_bit() {
     ] {
         let trial = Trial { scale, layout, period_min, ..Trial::new(species) };
         // Plants end at different steps, so that others take their lanes.
-        let task = Targets { max_steps: 160, end_height_cm: 7.0, ..Targets::default() };
+        let task = Task { max_steps: 160, end_height_cm: 7.0, ..Task::default() };
         let greedy = || Greedy::new(&task, &trial.layout);
         let go_on = &mut |_: usize, _: &Sample| ControlFlow::Continue(());
         let tracks = trial.grow_all(&seeds, |_| greedy(), &task, go_on);
@@ -344,7 +344,7 @@ fn tracks_grown_side_by_side_are_those_of_single_plants_to_the_bit() {
 #[test]
 fn whole_experiments_side_by_side_are_those_of_single_plants_to_the_bit() {
     let seeds: Vec<u64> = (0..9).collect();
-    let task = OpenLoop { steps: 1000, ..OpenLoop::default() };
+    let task = Task::open_loop(1000);
     for (species, layout, first) in
         species_files().iter().zip([Layout::default(), Layout::four_sides()]).map(|(species, layout)| {
             let first = layout.lights().last().unwrap();
@@ -366,7 +366,7 @@ fn whole_experiments_side_by_side_are_those_of_single_plants_to_the_bit() {
 fn a_plant_that_is_broken_off_leaves_the_others_alone() {
     let species = Species::default();
     let trial = Trial::new(&species);
-    let task = OpenLoop { steps: 30, ..OpenLoop::default() };
+    let task = Task::open_loop(30);
     let periodic = |_| Periodic::new(10, &trial.layout);
     let seeds: Vec<u64> = (0..40).collect();
     let watch = &mut |place: usize, sample: &Sample| {
@@ -412,7 +412,7 @@ fn a_typical_bean_is_an_individual() {
 /// Sixty experiments of [`acceptance::open_loop_experiment`], side by side: in lanes they cost a third.
 fn sixty(species: &Species) -> Vec<Track> {
     let trial = Trial::new(species);
-    let task = OpenLoop { steps: 1000, ..OpenLoop::default() };
+    let task = Task::open_loop(1000);
     let controller = |_| Periodic::new(acceptance::SWITCH_STEPS, &trial.layout).starting_with(Light::RIGHT);
     let seeds: Vec<u64> = (0..60).collect();
     let tracks = trial.grow_all(&seeds, controller, &task, &mut |_, _| ControlFlow::Continue(()));

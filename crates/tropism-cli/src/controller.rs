@@ -5,11 +5,11 @@ use std::str::FromStr;
 
 use anyhow::{Result, ensure};
 use tropism::lamps::Layout;
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::ControllerSpec;
 use tropism_lab::controller::PAPER_SWITCH_MIN;
-use tropism_lab::task::{in_words, is_same_but_for_steps};
+use tropism_lab::task::is_same_but_for_steps;
 use tropism_lab::transfer::{ControllerSource, NamedController};
 
 use crate::options::{TaskOption, parse_minutes};
@@ -86,7 +86,7 @@ impl ControllerName {
 /// Under which conditions several controllers are compared.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Conditions {
-    pub(crate) task: TaskSpec,
+    pub(crate) task: Task,
     pub(crate) layout: Layout,
     pub(crate) period_min: f64,
 }
@@ -125,7 +125,7 @@ pub(crate) fn task_for(
     file: &TaskOption,
     steps: Option<u32>,
     shell: &Shell,
-) -> Result<TaskSpec> {
+) -> Result<Task> {
     let task = match file.named()? {
         Some(task) => {
             note_other_task(controller, &task, shell);
@@ -134,7 +134,7 @@ pub(crate) fn task_for(
         None => controller.default_task(),
     };
     Ok(match steps {
-        Some(steps) => task.with_max_steps(steps),
+        Some(max_steps) => Task { max_steps, ..task },
         None => task,
     })
 }
@@ -145,7 +145,7 @@ pub(crate) fn task_of_champion(
     controller: &ControllerSpec,
     file: &TaskOption,
     shell: &Shell,
-) -> Result<TaskSpec> {
+) -> Result<Task> {
     if let Some(task) = file.named()? {
         note_other_task(controller, &task, shell);
         return Ok(task);
@@ -154,9 +154,9 @@ pub(crate) fn task_of_champion(
 }
 
 /// Says that `controller` was made for another task than `task`, if it was.
-pub(crate) fn note_other_task(controller: &ControllerSpec, task: &TaskSpec, shell: &Shell) {
+pub(crate) fn note_other_task(controller: &ControllerSpec, task: &Task, shell: &Shell) {
     if let Some(own) = controller.own_task().filter(|own| !is_same_but_for_steps(own, task)) {
-        let (own, task) = (in_words(own), in_words(task));
+        let (own, task) = (own.title(), task.title());
         shell.note(&format!("the controller was made for {own}; --task gives it {task}"));
     }
 }

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use tropism::geometry::{Pixel, Region};
 use tropism::lamps::Layout;
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism::vision::Calibration;
 use tropism_bean::Species;
 use tropism_bean::fault::Faults;
@@ -24,12 +24,12 @@ pub(crate) struct TaskOption {
 
 impl TaskOption {
     /// The task of the file, or the paper's.
-    pub(crate) fn load(&self) -> Result<TaskSpec> {
+    pub(crate) fn load(&self) -> Result<Task> {
         Ok(self.named()?.unwrap_or_default())
     }
 
     /// The task of the file, if one is named.
-    pub(crate) fn named(&self) -> Result<Option<TaskSpec>> {
+    pub(crate) fn named(&self) -> Result<Option<Task>> {
         Ok(self.task.as_deref().map(task::read).transpose()?)
     }
 }
@@ -111,7 +111,7 @@ impl TentOptions {
     }
 
     /// Checks that the options leave what `task` needs: a task in space, four lamps and two cameras.
-    pub(crate) fn check_for(&self, task: &TaskSpec) -> Result<()> {
+    pub(crate) fn check_for(&self, task: &Task) -> Result<()> {
         let is_plane = self.cameras == Some(1) || self.lamps == Some(Layout::default());
         ensure!(
             !(task.is_in_space() && is_plane),

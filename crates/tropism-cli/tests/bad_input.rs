@@ -123,7 +123,11 @@ fn options_that_would_do_nothing() {
     fails(&folder, &tune, &["--scale", "wanted --beans"]);
     fails(&folder, &["evolve", "--out", "e", "--resume"], &["e/evolution.toml: cannot read"]);
     fs::write(folder.path().join("recipes.toml"), "laboratories = 2\n[[worlds]]\nname = \"one\"\n").unwrap();
-    fs::write(folder.path().join("space.toml"), "kind = \"space\"\ntargets = [[1.0, 6.0, 1.0]]\n").unwrap();
+    fs::write(
+        folder.path().join("space.toml"),
+        "kind = \"space\"\ntargets = [[1.0, 6.0]]\ndepths_cm = [1.0]\n",
+    )
+    .unwrap();
     let space = ["--controller", "chase", "--task", "space.toml", "--lamps", "2", "--out", "n.json"];
     for command in [&["grow"][..], &["run", "--rig", "greenhouse"]] {
         fails(&folder, &[command, &space].concat(), &["--lamps 2", "wanted 4 lamps"]);

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use tropism::control::Sensors;
 use tropism::evolve::{self, Champion};
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 use tropism_neat::Config;
 
 use crate::sequences;
@@ -20,7 +20,7 @@ pub struct BaselinePlan {
     /// File of the tip-motion model.
     pub model: PathBuf,
     /// Task of the controllers.
-    pub task: TaskSpec,
+    pub task: Task,
     /// NEAT's parameters, for the distribution of the weights.
     pub neat: Config,
     /// Number of controllers, 1 to 1000000000. Paper: two million.
@@ -40,7 +40,7 @@ impl Default for BaselinePlan {
     fn default() -> Self {
         Self {
             model: "model.json".into(),
-            task: TaskSpec::default(),
+            task: Task::default(),
             neat: Config::wahby2016(),
             count: 2_000_000,
             seed: 1,

@@ -347,7 +347,7 @@ mod tests {
     use tropism::control::Periodic;
     use tropism::environment::unwatched;
     use tropism::lamps::Layout;
-    use tropism::task::OpenLoop;
+    use tropism::task::Task;
     use tropism_bean::Trial;
 
     use super::*;
@@ -370,7 +370,7 @@ mod tests {
     fn an_interruption_leaves_the_plants_that_are_done() {
         let folder = tempfile::tempdir().unwrap();
         let species = Species::default();
-        let task = OpenLoop { steps: 60, ..OpenLoop::default() };
+        let task = Task::open_loop(60);
         let mut periodic = Periodic::new(12, &Layout::default());
         let track = Trial::new(&species).grow(1, &mut periodic, &task, &mut unwatched);
         let tracks = vec![folder.path().join("1.csv"), folder.path().join("2.csv")];

@@ -6,7 +6,7 @@ use tropism::control::ShapeError;
 use tropism::environment::unwatched;
 use tropism::evolve::Champion;
 use tropism::plant::PlantModel;
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 use tropism::track::Track;
 
 use crate::files::{self, FileError};
@@ -35,7 +35,7 @@ pub(crate) fn write(path: &Path, champion: &Champion) -> Result<(), FileError> {
 pub(crate) fn simulate(
     champion: &Champion,
     model: &impl PlantModel,
-    task: &TaskSpec,
+    task: &Task,
     seed: u64,
 ) -> Result<Track, ShapeError> {
     Ok(model::simulate(model, &mut champion.controller(task)?, task, seed, 0, &mut unwatched))

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use tropism::control::{Controller, Greedy, Periodic, PredictiveGreedy};
 use tropism::evolve::{Champion, Trial, TunedRule};
 use tropism::lamps::{Layout, Light};
-use tropism::task::{OpenLoop, TaskSpec};
+use tropism::task::Task;
 use tropism::track::SAME_PERIOD;
 
 use crate::error::Error;
@@ -104,7 +104,7 @@ impl ControllerSpec {
 
     /// The task that it was evolved or tuned for; `None` where there is none.
     #[must_use]
-    pub fn own_task(&self) -> Option<&TaskSpec> {
+    pub fn own_task(&self) -> Option<&Task> {
         match self {
             Self::Periodic { .. } | Self::Greedy | Self::Plan(_) => None,
             Self::Network { champion } => champion.task.as_ref(),
@@ -152,11 +152,11 @@ impl ControllerSpec {
     /// The task for such a controller where none is named: the one that it was evolved or tuned for, the 1000 steps of an
     /// open-loop experiment, or the paper's three targets.
     #[must_use]
-    pub fn default_task(&self) -> TaskSpec {
+    pub fn default_task(&self) -> Task {
         match self.own_task() {
             Some(task) => task.clone(),
-            None if self.is_open_loop() => OpenLoop::default().into(),
-            None => TaskSpec::default(),
+            None if self.is_open_loop() => Task::open_loop(1000),
+            None => Task::default(),
         }
     }
 
@@ -236,7 +236,7 @@ impl ControllerSpec {
     /// # Panics
     /// If [`check`](Self::check) refuses it.
     #[must_use]
-    pub fn build(&self, task: &TaskSpec, layout: &Layout, period_min: f64) -> Box<dyn Controller> {
+    pub fn build(&self, task: &Task, layout: &Layout, period_min: f64) -> Box<dyn Controller> {
         match self {
             Self::Periodic { minutes, first } => {
                 let steps_each = switch_steps(*minutes, period_min);

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use tropism::geometry::Region;
 use tropism::parallel;
-use tropism::task::Task;
 use tropism::track::Track;
 use tropism_bean::{scene, view};
 use tropism_report::{
@@ -14,7 +13,6 @@ use tropism_report::{
 use crate::Error;
 use crate::evolve::EvolutionHistory;
 use crate::finished_run::FinishedRun;
-use crate::task;
 
 /// Most plants in space of one kind that a report shows: each is drawn from three sides. Chosen: as many as the paper's plants.
 const MAX_IN_SPACE: usize = 6;
@@ -38,7 +36,7 @@ impl Figures {
                 let of_tent = |place: [f64; 3]| run.config.is_virtual().then_some(place);
                 let setup = SetUp {
                     layout: &layout,
-                    targets: &run.config.task.targets(),
+                    targets: &run.config.task.targets,
                     camera: of_tent(view::CAMERA),
                     flash: of_tent(scene::FLASH),
                     period_min: run.config.rig.period_min,
@@ -137,8 +135,7 @@ impl Figures {
             format!("Plant {plant}")
         };
         let title = format!("{plant}{remark}, steered by {}", run.config.controller_description());
-        let title_in_space =
-            format!("{title}, fitness {}", task::score_in_words(&run.config.task, run.fitness()));
+        let title_in_space = format!("{title}, fitness {}", run.config.task.fitness_in_words(run.fitness()));
         let around = surroundings(run);
         let in_space = report::in_space("8", &title_in_space, &run.track, &around, run.plants());
         self.drawn.push(in_space.unwrap_or_else(|| {
@@ -226,7 +223,7 @@ fn stems_of_track(track: &Track) -> Vec<LitStem> {
 
 /// The fitness of steered runs, and the distance of their tips to each target.
 pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
-    let unit = |run: &FinishedRun| task::unit(&run.config.task);
+    let unit = |run: &FinishedRun| run.config.task.score.unit();
     let has_one_unit = runs.windows(2).all(|pair| unit(&pair[0]) == unit(&pair[1]));
     let fitness = |run: &FinishedRun| match run.fitness() {
         fitness if has_one_unit => format!("{fitness:.2}"),

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use tropism::geometry::{Pixel, Region, STEM_POINTS};
 use tropism::lamps::Light;
 use tropism::photo::Image;
-use tropism::task::Task;
 use tropism::track::Track;
 use tropism_report::{Composite, LitStem, Plants};
 

@@ -40,7 +40,6 @@ pub mod workflow;
 pub mod model;
 pub mod planner;
 pub mod controller;
-mod reach;
 mod sequences;
 pub mod run;
 pub mod task;

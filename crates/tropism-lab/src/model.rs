@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use tropism::control::{Controller, PredictiveRule, Sensors};
-use tropism::environment;
+use tropism::environment::{self, Environment};
 use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
 use tropism::math::hypot;
@@ -17,7 +17,7 @@ use tropism::plant::stem::{StemModel, StemState};
 use tropism::plant::tip::{ModelError, TipModel, TipState};
 use tropism::random::{NoiseStream, Purpose, StepNoise};
 use tropism::simulation::{self, BatchModel, Episode, Simulation};
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism_neat::Genome;
 
@@ -197,26 +197,26 @@ impl PlantModel for Model {
 }
 
 impl BatchModel for Model {
-    fn score<'g, T: Task + ?Sized>(
+    fn score<'g>(
         &self,
-        task: &T,
+        task: &Task,
         sensors: &Sensors,
         episodes: impl Iterator<Item = Episode<&'g Genome>>,
     ) -> Vec<f64> {
         of_any!(self, |model| model.score(task, sensors, episodes))
     }
 
-    fn score_linear<T: Task + ?Sized>(
+    fn score_linear(
         &self,
-        task: &T,
+        task: &Task,
         episodes: impl Iterator<Item = Episode<simulation::LinearController>>,
     ) -> Vec<f64> {
         of_any!(self, |model| model.score_linear(task, episodes))
     }
 
-    fn score_rules<T: Task + ?Sized>(
+    fn score_rules(
         &self,
-        task: &T,
+        task: &Task,
         beyond_cost_cm: f64,
         episodes: impl Iterator<Item = Episode<PredictiveRule>>,
     ) -> Vec<f64> {
@@ -248,17 +248,24 @@ pub(crate) fn read_tip(path: &Path) -> Result<TipModel, FileError> {
 /// Reads the model in `path`, on which plants start where `task` says. Notes a gap between this start and the data.
 ///
 /// # Errors
-/// [`Error::File`] as [`read`] does; [`Error::Plan`] if the gap is larger than [`MAX_GAP_CM`], or the model knows no space where
-/// the stem is to wind round a pole.
-pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> Result<Model, Error> {
+/// [`Error::File`] as [`read`] does; [`Error::Plan`] if the gap is larger than [`MAX_GAP_CM`], or the task needs the whole stem or
+/// depth, of which the model knows nothing.
+pub(crate) fn read_for(path: &Path, task: &Task, monitor: &dyn Monitor) -> Result<Model, Error> {
     let model = read(path)?;
-    if task.pole().is_some() && !model.is_in_space() {
+    let noise = NoiseStream::new(0, Purpose::Trial, [0; 3]);
+    let Ok(seen) = Simulation::new(&model, task, noise).observe();
+    let needs = [
+        (task.is_in_space() && seen.depth.is_none(), "depth", "the plane of the front camera", "space"),
+        (task.is_about_stem() && seen.stem.is_none(), "the whole stem", "the tip alone", "stem"),
+    ];
+    if let Some((_, need, known, kind)) = needs.into_iter().find(|(is_missing, ..)| *is_missing) {
         return Err(Error::Plan(format!(
-            "{}: found a model of the plane, wanted one in space: `tropism fit --model space`",
-            path.display()
+            "the task ({}) needs {need}, and {} is a model of {known}: fit one with `tropism fit --model {kind}`",
+            task.title(),
+            path.display(),
         )));
     }
-    let Some((gap_cm, found)) = gap(&model, path, "start of the task", task.start()) else {
+    let Some((gap_cm, found)) = gap(&model, path, "start of the task", task.start) else {
         return Ok(model);
     };
     if gap_cm > MAX_GAP_CM {
@@ -322,7 +329,7 @@ pub(crate) fn reason_to_withhold(plants: usize, without_data: f64) -> Option<Str
 pub(crate) fn simulate(
     model: &impl PlantModel,
     controller: &mut dyn Controller,
-    task: &TaskSpec,
+    task: &Task,
     seed: u64,
     episode: u32,
     watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,

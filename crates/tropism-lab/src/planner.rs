@@ -8,7 +8,7 @@ use tropism::control::{Planner, PlannerConfig};
 use tropism::evolve::TunedRule;
 use tropism::lamps::Layout;
 use tropism::plant::PlantModel;
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 
 use crate::Error;
 use crate::files::{self, FileError};
@@ -91,7 +91,7 @@ impl PlannerSpec {
     ///
     /// # Panics
     /// If the settings were not checked.
-    pub(crate) fn controller(&self, task: &TaskSpec) -> Planner<Model, TaskSpec> {
+    pub(crate) fn controller(&self, task: &Task) -> Planner<Model> {
         Planner::new(Arc::clone(&self.model.0), task.clone(), self.planner.clone())
             .expect("settings that were checked")
     }

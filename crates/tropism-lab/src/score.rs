@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use tropism::task::{Crossing, Task, TaskSpec};
+use tropism::task::{Crossing, Task};
 
 use crate::{Error, Monitor, Workflow, files, task};
 
@@ -16,7 +16,7 @@ pub struct ScorePlan {
     /// Task of the experiments; if it is left out, that of the run in whose folder a track lies, and the paper's three targets
     /// for a track elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub task: Option<TaskSpec>,
+    pub task: Option<Task>,
 }
 
 /// Where the task of a track is from.
@@ -37,7 +37,7 @@ pub struct TrackScore {
     /// The track file.
     pub track: PathBuf,
     /// The task by which it is scored.
-    pub task: TaskSpec,
+    pub task: Task,
     /// Where the task is from.
     pub task_from: TaskSource,
     /// Fitness: of targets eq. (9), in cm; round a pole in turns.
@@ -60,8 +60,8 @@ impl Workflow for ScorePlan {
     const SCHEMA: &'static str = "tropism.score/1";
 
     fn check(&self) -> Result<(), Error> {
-        self.task.iter().try_for_each(TaskSpec::check).map_err(Error::in_plan("task"))?;
-        if let Some(TaskSpec::RandomTargets(_)) = self.task {
+        self.task.iter().try_for_each(Task::check).map_err(Error::in_plan("task"))?;
+        if self.task.as_ref().is_some_and(Task::is_to_draw) {
             return Err(Error::Plan(
                 "`task`: found targets that are still to be drawn, wanted those of the experiment, such as its run folder"
                     .to_owned(),
@@ -77,7 +77,7 @@ impl Workflow for ScorePlan {
             let (task, task_from) = match (&self.task, task::of_track(path)?) {
                 (Some(task), _) => (task.clone(), TaskSource::Plan),
                 (None, Some(task)) => (task, TaskSource::Run),
-                (None, None) => (TaskSpec::default(), TaskSource::Paper),
+                (None, None) => (Task::default(), TaskSource::Paper),
             };
             if task.is_about_stem() && !has_stems {
                 return Err(Error::Plan(format!(

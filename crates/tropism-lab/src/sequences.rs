@@ -14,7 +14,7 @@ use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
 use tropism::plant::PlantModel;
 use tropism::random::{self, Purpose};
-use tropism::task::{RandomTargets, Targets, TaskSpec};
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism_bean::Trial;
 use tropism_bean::tent::Greenhouse;
@@ -63,13 +63,13 @@ impl Controller for Drawn {
 /// # Errors
 /// [`Error::Plan`] as [`sequence`].
 pub(crate) fn draw(
-    task: &mut TaskSpec,
+    task: &mut Task,
     greenhouse: &Greenhouse,
     period_min: f64,
     seed: u64,
 ) -> Result<(), Error> {
-    if let TaskSpec::RandomTargets(random) = task {
-        *task = sequence(random, &greenhouse.trial(period_min), seed, 0)?.into();
+    if task.is_to_draw() {
+        *task = sequence(task, &greenhouse.trial(period_min), seed, 0)?;
     }
     Ok(())
 }
@@ -78,8 +78,8 @@ pub(crate) fn draw(
 ///
 /// # Errors
 /// [`Error::File`] if the model cannot be read; [`Error::Plan`] as [`sequence`].
-pub(crate) fn draw_for(task: &mut TaskSpec, path: &Path, seed: u64) -> Result<(), Error> {
-    if !matches!(task, TaskSpec::RandomTargets(_)) {
+pub(crate) fn draw_for(task: &mut Task, path: &Path, seed: u64) -> Result<(), Error> {
+    if !task.is_to_draw() {
         return Ok(());
     }
     let model = model::read(path)?;
@@ -92,12 +92,7 @@ pub(crate) fn draw_for(task: &mut TaskSpec, path: &Path, seed: u64) -> Result<()
 ///
 /// # Errors
 /// [`Error::Plan`] if its typical plant is never as high as the highest target of `task` may be.
-pub(crate) fn sequence(
-    task: &RandomTargets,
-    trial: &Trial<'_>,
-    seed: u64,
-    index: u64,
-) -> Result<Targets, Error> {
+pub(crate) fn sequence(task: &Task, trial: &Trial<'_>, seed: u64, index: u64) -> Result<Task, Error> {
     try_sequence(task, trial, seed, index).ok_or_else(|| {
         Error::Plan(format!(
             "random targets: found no typical plant as high as {} cm in {} steps, wanted targets in its reach",
@@ -106,7 +101,7 @@ pub(crate) fn sequence(
     })
 }
 
-fn try_sequence(task: &RandomTargets, trial: &Trial<'_>, seed: u64, index: u64) -> Option<Targets> {
+fn try_sequence(task: &Task, trial: &Trial<'_>, seed: u64, index: u64) -> Option<Task> {
     let typical = Trial { scale: 0.0, ..trial.clone() };
     let mut rng = random::stream(seed, Purpose::Targets, index);
     let band = (task.highest_cm - task.start.y) / f64::from(task.count);
@@ -116,12 +111,10 @@ fn try_sequence(task: &RandomTargets, trial: &Trial<'_>, seed: u64, index: u64) 
             task.start.y + band * (f64::from(number) + share)
         })
         .collect();
-    let RandomTargets { start, end_height_cm, max_steps, .. } = *task;
-    let growth = Targets { start, targets: Vec::new(), end_height_cm, max_steps };
     (0..TRIES).find_map(|attempt| {
         let plant = random::derive(seed, Purpose::Targets, index * TRIES + attempt) >> 1;
         let mut lights = Drawn::wandering(&typical.layout, typical.period_min, task.max_steps, plant);
-        let track = typical.grow(plant, &mut lights, &growth, &mut unwatched);
+        let track = typical.grow(plant, &mut lights, task, &mut unwatched);
         let targets: Option<Vec<Point>> = heights.iter().map(|&height| place_at(&track, height)).collect();
         Some(task.drawn(targets?))
     })
@@ -144,9 +137,9 @@ mod tests {
 
     #[test]
     fn sequences_differ_and_rise_within_the_way_of_the_task() {
-        let (task, species) = (RandomTargets::default(), Species::default());
+        let (task, species) = (Task::random_targets(), Species::default());
         let trial = Trial::new(&species);
-        let drawn: Vec<Targets> = (0..12).map(|index| sequence(&task, &trial, 7, index).unwrap()).collect();
+        let drawn: Vec<Task> = (0..12).map(|index| sequence(&task, &trial, 7, index).unwrap()).collect();
         for targets in &drawn {
             targets.check().unwrap();
             assert_eq!(targets.targets.len(), 3);
@@ -161,21 +154,21 @@ mod tests {
         assert!((1.5..9.0).contains(&widest), "{widest}");
         assert!(drawn.windows(2).all(|pair| pair[0] != pair[1]));
         assert_eq!(sequence(&task, &trial, 7, 3).unwrap(), drawn[3], "the same seed, the same targets");
-        let mut first = task.into();
+        let mut first = task.clone();
         super::draw(&mut first, &Greenhouse::default(), 5.0, 7).unwrap();
-        assert_eq!(first, drawn[0].clone().into(), "a command without many plants takes the first");
+        assert_eq!(first, drawn[0], "a command without many plants takes the first");
     }
 
     #[test]
     fn a_height_that_no_plant_reaches_has_no_sequence() {
         let species = Species::default();
         let trial = Trial::new(&species);
-        let task = RandomTargets {
+        let task = Task {
             count: 1,
             highest_cm: 500.0,
             end_height_cm: 501.0,
             max_steps: 20,
-            ..RandomTargets::default()
+            ..Task::random_targets()
         };
         let error = sequence(&task, &trial, 1, 0).unwrap_err().to_string();
         assert!(error.contains("found no typical plant as high as 500 cm in 20 steps"), "{error}");

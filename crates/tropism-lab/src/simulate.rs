@@ -9,7 +9,7 @@ use tropism::evolve::Trial;
 use tropism::observation::Quality;
 use tropism::plant::PlantModel;
 use tropism::random::{NoiseStream, Purpose};
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism::track::{Sample, Track};
 
 use crate::controller::ControllerSpec;
@@ -27,7 +27,7 @@ pub struct SimulatePlan {
     /// The controller.
     pub controller: ControllerSpec,
     /// Its task.
-    pub task: TaskSpec,
+    pub task: Task,
     /// Number of plants, 1 to 10000000.
     pub episodes: u32,
     /// Seed of all random numbers.
@@ -46,7 +46,7 @@ pub struct SimulatePlan {
 pub fn tracks(
     model: &Path,
     controller: &ControllerSpec,
-    task: &TaskSpec,
+    task: &Task,
     plants: u32,
     seed: u64,
 ) -> Result<Vec<Track>, Error> {
@@ -172,7 +172,7 @@ impl Default for SimulatePlan {
         Self {
             model: "model.json".into(),
             controller: ControllerSpec::default(),
-            task: TaskSpec::default(),
+            task: Task::default(),
             episodes: 1,
             seed: 1,
             out: "track.csv".into(),

@@ -229,7 +229,7 @@ pub fn of_run(
         controller: config.controller_description(),
         process,
         step: last.map(|step| step.step),
-        max_steps: config.task.max_steps(),
+        max_steps: config.task.max_steps,
         tip_x_cm: tip.map(|tip| tip.x),
         tip_y_cm: tip.map(|tip| tip.y),
         lamp,

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use tropism::evolve::EvolutionConfig;
 use tropism::geometry::Point;
-use tropism::task::{RandomTargets, Targets};
+use tropism::task::Task;
 use tropism_lab::baseline::BaselinePlan;
 use tropism_lab::evolve::EvolvePlan;
 use tropism_lab::fit::FitPlan;
@@ -34,7 +34,7 @@ fn plan(folder: &Path, out: &str) -> EvolvePlan {
     EvolvePlan {
         model: folder.join("model.json"),
         out: folder.join(out),
-        task: Targets { targets, max_steps: 100, ..Targets::default() }.into(),
+        task: Task { targets, max_steps: 100, ..Task::default() },
         evolution: EvolutionConfig { runs: 2, generations: 30, ..EvolutionConfig::default() },
         trial_plants: 20,
         ..EvolvePlan::default()
@@ -168,16 +168,11 @@ fn targets_are_drawn_for_plants_at_the_steps_of_the_model() {
         files::write_track(&folder.path().join(path), &track).unwrap();
     };
     let EvolvePlan { model, .. } = plan(folder.path(), "unused");
-    let task = RandomTargets {
-        count: 2,
-        highest_cm: 7.0,
-        end_height_cm: 7.5,
-        max_steps: 40,
-        ..RandomTargets::default()
-    };
+    let task =
+        Task { count: 2, highest_cm: 7.0, end_height_cm: 7.5, max_steps: 40, ..Task::random_targets() };
     let plan = |model: &Path| BaselinePlan {
         model: model.to_owned(),
-        task: task.clone().into(),
+        task: task.clone(),
         count: 10,
         ..BaselinePlan::default()
     };

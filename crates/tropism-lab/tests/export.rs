@@ -8,6 +8,7 @@ use std::path::Path;
 
 use small_tent::small_tent;
 use tempfile::TempDir;
+use tropism::task::Task;
 use tropism::vision::VisionConfig;
 use tropism_lab::export::ExportPlan;
 use tropism_lab::timelapse::TimelapsePlan;
@@ -18,7 +19,7 @@ use tropism_rig::file::RigFile;
 fn run() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let controller = ControllerSpec::default();
-    let task = controller.default_task().with_max_steps(3);
+    let task = Task { max_steps: 3, ..controller.default_task() };
     let config =
         RunConfig::new(RigFile::greenhouse(small_tent(), VisionConfig::default()), controller, task, 1);
     let plan = RunPlan { out: folder.path().join("run"), config, ..RunPlan::default() };

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use tropism::control::PlannerConfig;
 use tropism::evolve::{self, EvolutionConfig, RuleSearch};
-use tropism::task::{Spiral, Targets};
+use tropism::task::Task;
 use tropism_lab::fit::ModelKind;
 use tropism_lab::laboratories::{
     LaboratoriesConfig, LaboratoriesPlan, LaboratoriesStatus, Method, Recipe, World,
@@ -43,7 +43,7 @@ fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
         plants: 2,
         steps: 150,
         judging_plants: 3,
-        task: Targets { max_steps: 20, ..Targets::default() }.into(),
+        task: Task { max_steps: 20, ..Task::default() },
         bound: Some(search),
         recipes: vec![
             recipe(
@@ -143,7 +143,7 @@ fn without_recipes_the_rules_by_hand_are_judged_alone() {
     let few = World { judging_plants: Some(2), ..World::named("few") };
     let config = LaboratoriesConfig {
         judging_plants: 3,
-        task: Spiral { max_steps: 40, ..Spiral::default() }.into(),
+        task: Task { max_steps: 40, ..Task::spiral() },
         recipes: Vec::new(),
         worlds: vec![World::named("many"), few],
         ..LaboratoriesConfig::default()

@@ -16,7 +16,7 @@ use tropism::rig::{Boot, Camera, Clock, Flash, Lamps, Moment, OnExit, Rig, RigEr
 use tropism::rig::{
     Durability, Event, EventKind, FaultPolicy, HealthProblem, LampsInView, OnFault, RunMonitor,
 };
-use tropism::task::Targets;
+use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_lab::{Journal, RecordError, Recorder, RunFolder, StepRecord, Supervision, files};
@@ -181,8 +181,8 @@ impl Clock for Hand {
 const STEPS: u32 = 45;
 const SAMPLES: usize = STEPS as usize + 1;
 
-fn task() -> Targets {
-    Targets { max_steps: STEPS, end_height_cm: 1e9, ..Targets::default() }
+fn task() -> Task {
+    Task { max_steps: STEPS, end_height_cm: 1e9, ..Task::default() }
 }
 
 type Recording = Recorder<'static, Hand, Hand, Hand, Hand>;
@@ -334,7 +334,7 @@ fn a_controller_that_decides_otherwise_is_found_out() {
     let folder = tempfile::tempdir().unwrap();
     go(folder.path(), false, &[], 30);
     let (mut world, _) = open(folder.path(), true, &[]).unwrap();
-    let elsewhere = Targets { targets: vec![Point::new(-9.0, 20.0)], ..Targets::default() };
+    let elsewhere = Task { targets: vec![Point::new(-9.0, 20.0)], ..Task::default() };
     let mut other = Greedy::new(&elsewhere, &Layout::default());
     let error = run(&mut world, &mut other, &task(), &mut unwatched).unwrap_err();
     assert!(error.to_string().contains("step 0: found the decision right"), "{error}");

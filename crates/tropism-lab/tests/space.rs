@@ -8,7 +8,7 @@ use std::path::Path;
 use small_tent::small_tent;
 use tropism::math::vector::distance;
 use tropism::observation::Quality;
-use tropism::task::{Obstacles, Space, Spiral, Task, TaskSpec};
+use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism::vision::{FrameStatus, VisionConfig};
 use tropism_bean::fault::Faults;
@@ -28,13 +28,13 @@ fn tent_faults() -> Faults {
 }
 
 /// A tent for a task, with small photographs.
-fn tent(task: &TaskSpec) -> Greenhouse {
+fn tent(task: &Task) -> Greenhouse {
     small_tent().for_task(task)
 }
 
 /// A tent whose camera at the side drops photographs now and then.
 fn config() -> RunConfig {
-    let task: TaskSpec = Space { max_steps: STEPS, ..Space::default() }.into();
+    let task: Task = Task { max_steps: STEPS, ..Task::space() };
     let mut tent = tent(&task);
     tent.faults = tent_faults();
     let rig = RigFile { period_min: 20.0, ..RigFile::greenhouse(tent, VisionConfig::default()) };
@@ -135,7 +135,7 @@ fn errors(track: &Track, out: &Path) -> Vec<f64> {
 }
 
 /// A run through photographs in the virtual tent, in steps of 20 minutes.
-fn run_task(task: TaskSpec, seed: u64, out: &Path) -> Track {
+fn run_task(task: Task, seed: u64, out: &Path) -> Track {
     let rig = RigFile { period_min: 20.0, ..RigFile::greenhouse(tent(&task), VisionConfig::default()) };
     let config = RunConfig::new(rig, ControllerSpec::Greedy, task, seed);
     let plan = RunPlan { out: out.to_owned(), config, ..RunPlan::default() };
@@ -145,8 +145,8 @@ fn run_task(task: TaskSpec, seed: u64, out: &Path) -> Track {
 #[test]
 fn tips_among_obstacles_are_those_of_the_plant() {
     let folder = tempfile::tempdir().unwrap();
-    let task = Obstacles { max_steps: 40, ..Obstacles::default() };
-    let track = run_task(task.into(), 3, folder.path());
+    let task = Task { max_steps: 40, ..Task::obstacles() };
+    let track = run_task(task, 3, folder.path());
     assert_eq!(track.samples.len(), 41);
     let errors = errors(&track, folder.path());
     assert!(errors.len() > 33 && errors[errors.len() * 95 / 100] < 0.2, "{errors:?}");
@@ -155,7 +155,7 @@ fn tips_among_obstacles_are_those_of_the_plant() {
 #[test]
 fn a_plant_is_followed_round_a_pole() {
     let folder = tempfile::tempdir().unwrap();
-    let task: TaskSpec = Spiral { max_steps: 64, ..Spiral::default() }.into();
+    let task: Task = Task { max_steps: 64, ..Task::spiral() };
     let track = run_task(task.clone(), 73, folder.path());
     assert_eq!(track.samples.len(), 65);
     // From the first depth on each sample has one: measured, or held while the pole hides the tip.
@@ -171,7 +171,7 @@ fn a_plant_is_followed_round_a_pole() {
 #[test]
 fn turns_through_photographs_are_judged_by_the_true_stem() {
     let folder = tempfile::tempdir().unwrap();
-    let task: TaskSpec = Spiral { max_steps: 30, ..Spiral::default() }.into();
+    let task: Task = Task { max_steps: 30, ..Task::spiral() };
     let plan = TransferPlan {
         controllers: vec![NamedController { name: "chase".to_owned(), controller: ControllerSpec::Greedy }],
         plants: 1,

@@ -20,7 +20,7 @@ use tropism::plant::PlantModel;
 use tropism::plant::tip::TipModel;
 use tropism::rig::Durability;
 use tropism::rig::{Clock, Lamps, Rig};
-use tropism::task::Targets;
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism::vision::VisionConfig;
 use tropism_bean::fault::Faults;
@@ -50,7 +50,7 @@ fn record(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> R
         if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let mut controller = Periodic::new(30, &Layout::default()).starting_with(Light::RIGHT);
-    let track = run(&mut world, &mut controller, &Targets::open_loop(steps), &mut watch).unwrap();
+    let track = run(&mut world, &mut controller, &Task::open_loop(steps), &mut watch).unwrap();
     let truth = String::from_utf8(device.truth_csv()).unwrap();
     let top = |line: &str| {
         let numbers: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
@@ -150,7 +150,7 @@ fn a_run_at_any_interval_is_one_from_photographs_to_model() {
     for period_min in [2.0, 10.0, 30.0] {
         let folder = tempfile::tempdir().unwrap();
         let rig = RigFile { period_min, ..RigFile::greenhouse(small_tent(), VisionConfig::default()) };
-        let task = Targets::open_loop((240.0 / period_min) as u32).into();
+        let task = Task::open_loop((240.0 / period_min) as u32);
         let config = RunConfig::new(rig, ControllerSpec::periodic(60.0), task, 3);
         let out = folder.path().join("run");
         let run = RunPlan { out: out.clone(), config, ..RunPlan::default() };

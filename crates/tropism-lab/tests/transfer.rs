@@ -12,7 +12,7 @@ use small_tent::small_tent;
 use tropism::geometry::Point;
 use tropism::observation::Quality;
 use tropism::obstacle::Obstacle;
-use tropism::task::{Obstacles, OpenLoop, RandomTargets, Targets, Task, TaskSpec};
+use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism::vision::VisionConfig;
 use tropism_bean::Trial;
@@ -25,8 +25,8 @@ use tropism_lab::transfer::{ControllerSource, TransferPlan, read_controllers};
 use tropism_lab::{ControllerSpec, Error, Monitor, RunConfig, RunPlan, Silent, Workflow, files};
 use tropism_rig::file::RigFile;
 
-fn task(steps: u32) -> TaskSpec {
-    Targets { max_steps: steps, ..Targets::default() }.into()
+fn task(steps: u32) -> Task {
+    Task { max_steps: steps, ..Task::default() }
 }
 
 /// Two controllers, three plants, 60 steps.
@@ -172,14 +172,12 @@ fn a_score_is_that_of_the_plant_grown_alone_and_no_ceiling_lies_below_it() {
 fn a_ceiling_says_on_how_many_plants_a_schedule_does_the_whole_task() {
     let folder = tempfile::tempdir().unwrap();
     // A target beside the tip, and a disc in which the stem stands already: nothing can avoid that one.
-    let task = |centre: [f64; 2]| {
-        TaskSpec::from(Obstacles {
-            targets: vec![[0.0, 4.6].into()],
-            obstacles: vec![Obstacle::Disc { centre: centre.into(), radius_cm: 0.5 }],
-            end_height_cm: 4.6,
-            max_steps: 60,
-            ..Obstacles::default()
-        })
+    let task = |centre: [f64; 2]| Task {
+        targets: vec![[0.0, 4.6].into()],
+        obstacles: vec![Obstacle::Disc { centre: centre.into(), radius_cm: 0.5 }],
+        end_height_cm: 4.6,
+        max_steps: 60,
+        ..Task::obstacles()
     };
     let share = |name: &str, centre| {
         let plan = plan(folder.path().join(name));
@@ -193,13 +191,10 @@ fn a_ceiling_says_on_how_many_plants_a_schedule_does_the_whole_task() {
 #[test]
 fn each_plant_has_a_sequence_of_its_own_that_neither_threads_nor_resuming_change() {
     let folder = tempfile::tempdir().unwrap();
-    let low = Targets {
-        targets: vec![[1.0, 4.3].into(), [0.0, 4.6].into()],
-        end_height_cm: 4.7,
-        ..Targets::default()
-    };
+    let low =
+        Task { targets: vec![[1.0, 4.3].into(), [0.0, 4.6].into()], end_height_cm: 4.7, ..Task::default() };
     let plan = |out: &str, resume| TransferPlan {
-        task: low.clone().into(),
+        task: low.clone(),
         random_targets: true,
         resume,
         ..plan(folder.path().join(out))
@@ -209,8 +204,8 @@ fn each_plant_has_a_sequence_of_its_own_that_neither_threads_nor_resuming_change
     assert_eq!(one, two);
     assert_eq!(plan("one", true).execute(&Silent).unwrap(), one);
     // A task whose targets are to be drawn says the same.
-    let drawn = RandomTargets::like(&low).unwrap();
-    let drawn = TransferPlan { task: drawn.into(), random_targets: false, ..plan("drawn", false) };
+    let drawn = low.to_draw().unwrap();
+    let drawn = TransferPlan { task: drawn, random_targets: false, ..plan("drawn", false) };
     assert_eq!(drawn.execute(&Silent).unwrap(), one);
     assert!(one.random_targets && one.controllers[0].targets.iter().all(|target| target.target.is_none()));
     let table = fs::read_to_string(folder.path().join("one/plants.csv")).unwrap();
@@ -225,27 +220,22 @@ fn each_plant_has_a_sequence_of_its_own_that_neither_threads_nor_resuming_change
 #[test]
 fn a_run_keeps_the_targets_that_were_drawn_for_it() {
     let folder = tempfile::tempdir().unwrap();
-    let low = RandomTargets {
-        count: 2,
-        highest_cm: 4.2,
-        end_height_cm: 4.25,
-        max_steps: 60,
-        ..RandomTargets::default()
-    };
+    let low =
+        Task { count: 2, highest_cm: 4.2, end_height_cm: 4.25, max_steps: 60, ..Task::random_targets() };
     let run = |seed, out: &str| {
         let rig = RigFile::greenhouse(small_tent(), VisionConfig::default());
-        let config = RunConfig::new(rig, ControllerSpec::Greedy, low.clone().into(), seed);
+        let config = RunConfig::new(rig, ControllerSpec::Greedy, low.clone(), seed);
         let plan = RunPlan { out: folder.path().join(out), config, ..RunPlan::default() };
         let track = plan.execute(&Silent).unwrap().track;
         (RunConfig::read(&plan.out).unwrap().task, track)
     };
     let (task, track) = run(7, "seven");
-    assert!(matches!(&task, TaskSpec::Targets(task) if task.targets.len() == 2), "{task:?}");
+    assert!(task.targets.len() == 2 && !task.is_to_draw(), "{task:?}");
     assert_ne!(run(8, "eight").0, task, "another seed, other targets");
     let again = RunPlan::of_folder(&folder.path().join("seven"), false).unwrap();
     let again = RunPlan { out: folder.path().join("again"), ..again };
     assert_eq!(again.execute(&Silent).unwrap().track, track);
-    let scored = ScorePlan { task: Some(low.into()), tracks: vec![folder.path().join("seven")] };
+    let scored = ScorePlan { task: Some(low), tracks: vec![folder.path().join("seven")] };
     let error = scored.execute(&Silent).unwrap_err().to_string();
     assert!(error.contains("still to be drawn"), "{error}");
 }
@@ -298,18 +288,17 @@ fn bad_plans_are_refused_before_anything_is_written() {
     twice.controllers.push(twice.controllers[0].clone());
     is_refused(&twice, "found chase twice, wanted each controller once");
     is_refused(&TransferPlan { bound: Some("rule".to_owned()), ..plan() }, "wanted one of chase, periodic");
-    is_refused(&TransferPlan { task: OpenLoop::default().into(), ..plan() }, "found no targets");
+    is_refused(&TransferPlan { task: Task::open_loop(1000), ..plan() }, "found no targets");
     is_refused(&TransferPlan { model: Some("absent.json".into()), ..plan() }, "absent.json: cannot read");
     let absent = read_controllers(&[ControllerSource::Path("absent.json".into())]).unwrap_err().to_string();
     assert!(absent.contains("absent.json: cannot read"), "{absent}");
 }
 
 /// Obstacles in the way of a tip that goes straight up: a low bar which it meets within hours.
-fn behind_a_bar() -> TaskSpec {
+fn behind_a_bar() -> Task {
     let bar = Obstacle::Line { ends: [Point::new(-8.0, 5.0), Point::new(8.0, 5.0)] };
-    let task =
-        Obstacles { targets: vec![Point::new(0.0, 5.5)], obstacles: vec![bar], ..Obstacles::default() };
-    Obstacles { end_height_cm: 5.5, max_steps: 60, ..task }.into()
+    let task = Task { targets: vec![Point::new(0.0, 5.5)], obstacles: vec![bar], ..Task::obstacles() };
+    Task { end_height_cm: 5.5, max_steps: 60, ..task }
 }
 
 #[test]

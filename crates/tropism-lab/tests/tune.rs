@@ -7,7 +7,7 @@ use tropism::control::Periodic;
 use tropism::environment::unwatched;
 use tropism::evolve::RuleSearch;
 use tropism::lamps::Layout;
-use tropism::task::{OpenLoop, Space, Spiral};
+use tropism::task::Task;
 use tropism_bean::{Species, Trial};
 use tropism_lab::fit::{FitPlan, ModelKind};
 use tropism_lab::tune::TunePlan;
@@ -32,7 +32,7 @@ fn an_interrupted_search_goes_on_to_the_same_rule() {
     let (track, model, out) = ("track.csv", "stem.json", "rule.json");
     let [track, model, out] = [track, model, out].map(|name| folder.path().join(name));
     let species = Species::default();
-    let task = OpenLoop { steps: 300, ..OpenLoop::default() };
+    let task = Task::open_loop(300);
     let mut periodic = Periodic::new(72, &Layout::default());
     let grown = Trial::new(&species).grow(5_000_000, &mut periodic, &task, &mut unwatched);
     files::write_track(&track, &grown).unwrap();
@@ -88,7 +88,7 @@ fn a_model_in_space_says_beforehand_what_a_rule_reaches_there() {
     let [model, out] = ["space.json", "rule.json"].map(|name| folder.path().join(name));
     let species = Species::default();
     let trial = Trial { layout: Layout::four_sides(), in_space: true, ..Trial::new(&species) };
-    let task = OpenLoop { steps: 60, ..OpenLoop::default() };
+    let task = Task::open_loop(60);
     let track = |seed| {
         let path = folder.path().join(format!("{seed}.csv"));
         let grown = trial.grow(seed, &mut Periodic::new(12, &trial.layout), &task, &mut unwatched);
@@ -103,13 +103,13 @@ fn a_model_in_space_says_beforehand_what_a_rule_reaches_there() {
         model: model.clone(),
         out,
         search,
-        task: Space { max_steps: 3, ..Space::default() }.into(),
+        task: Task { max_steps: 3, ..Task::space() },
         ..TunePlan::default()
     };
     let tuned = plan.execute(&Silent).unwrap();
     assert!(tuned.withheld.is_none() && tuned.expected == Some(tuned.in_model), "{tuned:?}");
     // Round a pole, too: the model knows contact.
-    let task = Spiral { max_steps: 3, ..Spiral::default() }.into();
+    let task = Task { max_steps: 3, ..Task::spiral() };
     let wound = TunePlan { task, out: folder.path().join("spiral.json"), ..plan.clone() };
     let wound = wound.execute(&Silent).unwrap();
     assert!(wound.withheld.is_none() && wound.expected == Some(wound.in_model), "{wound:?}");

@@ -17,7 +17,7 @@ use tropism::observation::{Depth, Observation};
 use tropism::obstacle::{Solid, clearance};
 use tropism::plant::PlantModel;
 use tropism::random::{self, NoiseStream, Purpose};
-use tropism::task::{Task, TaskSpec};
+use tropism::task::{Past, Task};
 use tropism::track::{Sample, Track};
 use tropism_bean::detector;
 use tropism_bean::pose::Pose;
@@ -90,15 +90,15 @@ const MOST_WIDTH: usize = Sight::Obstacles.width();
 
 /// What all episodes of a batch share.
 struct Episodes {
-    task: TaskSpec,
+    task: Task,
     sight: Sight,
     /// The targets as the front camera sees them: a copy, for quick comparisons.
     targets: Vec<Point>,
 }
 
 impl Episodes {
-    fn new(task: TaskSpec, sight: Sight) -> Self {
-        Self { targets: task.targets(), task, sight }
+    fn new(task: Task, sight: Sight) -> Self {
+        Self { targets: task.targets.clone(), task, sight }
     }
 
     /// Whether contacts and targets are counted.
@@ -108,10 +108,7 @@ impl Episodes {
 
     /// The gap between stem and obstacles, in cm, and whether they touch.
     fn gap(&self, seen: &Observation) -> (f64, bool) {
-        match &self.task {
-            TaskSpec::Obstacles(task) => (task.gap(seen).min(NO_OBSTACLE_CM), task.touches(seen)),
-            _ => (NO_OBSTACLE_CM, false),
-        }
+        (self.task.gap_cm(seen).min(NO_OBSTACLE_CM), self.task.touches(seen))
     }
 
     /// Distance of `seen` from target `number`, as the task measures it where the tip reaches the target's height, in cm.
@@ -136,7 +133,7 @@ impl Episodes {
                     slot.copy_from_slice(&[point.x, point.y]);
                 }
                 if self.sight == Sight::Obstacles {
-                    let found = seen.stem.as_ref().and_then(|stem| clearance(self.task.obstacles(), stem));
+                    let found = seen.stem.as_ref().and_then(|stem| clearance(&self.task.obstacles, stem));
                     let (on_stem, on_obstacle) =
                         found.map_or((seen.tip, seen.tip), |found| (found.stem, found.obstacle));
                     let gap = self.gap(seen).0;
@@ -169,7 +166,7 @@ struct Simulated<M: PlantModel> {
 }
 
 impl<M: PlantModel> Simulated<M> {
-    fn new(model: &Arc<M>, task: &TaskSpec, count: usize) -> Self {
+    fn new(model: &Arc<M>, task: &Task, count: usize) -> Self {
         let noise = NoiseStream::new(0, Purpose::Trial, [0; 3]);
         let plant = model.seedling(Point::new(0.0, 4.0), &mut noise.of_seedling());
         Self { plants: vec![(plant, noise, 0); count], solids: task.solids(), model: Arc::clone(model) }
@@ -334,8 +331,7 @@ struct Place {
     seed: u64,
     episode: u32,
     step: u32,
-    first: Observation,
-    seen: Observation,
+    past: Past,
     light: Option<Light>,
     is_over: bool,
     /// Observations at which the stem touched an obstacle.
@@ -347,10 +343,10 @@ struct Place {
 impl Place {
     /// Counts what is seen now.
     fn count(&mut self, episodes: &Episodes) {
-        self.contact_steps += u32::from(episodes.gap(&self.seen).1);
+        self.contact_steps += u32::from(episodes.gap(&self.past.latest).1);
         for (number, target) in episodes.targets.iter().enumerate() {
-            if self.distances[number].is_infinite() && self.seen.tip.y >= target.y {
-                self.distances[number] = episodes.distance(number, &self.seen);
+            if self.distances[number].is_infinite() && self.past.latest.tip.y >= target.y {
+                self.distances[number] = episodes.distance(number, &self.past.latest);
             }
         }
     }
@@ -374,9 +370,8 @@ struct Rows<'a> {
 impl Shard {
     fn begin(&mut self, place: usize, episodes: &Episodes) {
         let own = &mut self.places[place];
-        self.plants.begin(place, episodes.task.start(), own.seed, own.episode);
-        own.seen = self.plants.observe(place);
-        own.first = own.seen.clone();
+        self.plants.begin(place, episodes.task.start, own.seed, own.episode);
+        own.past = Past::new(self.plants.observe(place));
         (own.step, own.light, own.is_over, own.contact_steps) = (0, None, false, 0);
         if episodes.has_progress() {
             own.distances.clear();
@@ -396,23 +391,23 @@ impl Shard {
             if self.places[place].is_over {
                 self.places[place].episode += 1;
                 self.begin(place, episodes);
-                episodes.put(&self.places[place].seen, observation);
+                episodes.put(&self.places[place].past.latest, observation);
                 continue;
             }
             let after = self.plants.observe(place);
             let own = &mut self.places[place];
             own.step += 1;
             own.light = self.lights[place];
-            rows.rewards[place] = task.step_fitness(&own.first, &own.seen, &after);
+            rows.rewards[place] = task.step_fitness(&own.past, &after);
             // A task of this library ends by what is seen, or at its last step.
             rows.terminated[place] = task.is_over(0, &after);
-            rows.truncated[place] = !rows.terminated[place] && own.step >= task.max_steps();
+            rows.truncated[place] = !rows.terminated[place] && own.step >= task.max_steps;
             own.is_over = rows.terminated[place] || rows.truncated[place];
-            own.seen = after;
+            own.past.push(after);
             if episodes.has_progress() {
                 own.count(episodes);
             }
-            episodes.put(&own.seen, observation);
+            episodes.put(&own.past.latest, observation);
         }
     }
 }
@@ -440,13 +435,12 @@ impl Batch {
         if count == 0 {
             return Err(refused("found 0 plants, wanted at least one"));
         }
-        let nothing = Observation::simulated(episodes.task.start());
+        let nothing = Observation::simulated(episodes.task.start);
         let place = Place {
             seed: 0,
             episode: 0,
             step: 0,
-            first: nothing.clone(),
-            seen: nothing,
+            past: Past::new(nothing),
             light: None,
             is_over: true,
             contact_steps: 0,
@@ -476,7 +470,7 @@ impl Batch {
     fn observations(&self) -> Array2<f64> {
         let mut observations = Array2::zeros((self.count, self.episodes.sight.width()));
         for (place, mut row) in self.places().zip(observations.outer_iter_mut()) {
-            self.episodes.put(&place.seen, row.as_slice_mut().expect("rows of a whole array"));
+            self.episodes.put(&place.past.latest, row.as_slice_mut().expect("rows of a whole array"));
         }
         observations
     }
@@ -542,7 +536,7 @@ impl Batch {
         }
         let senses = Senses {
             has_detector,
-            has_stem: sight == Sight::Obstacles || task.is_about_stem() || !task.shape().is_empty(),
+            has_stem: sight == Sight::Obstacles || task.is_about_stem(),
             in_space: task.is_in_space(),
         };
         let (layout, solids) = (greenhouse.layout.clone(), greenhouse.solids.clone());
@@ -599,10 +593,8 @@ impl Batch {
     /// Distance from a target within which a task among obstacles wants the tip, in cm; `None` for other tasks.
     #[getter]
     fn reach_cm(&self) -> Option<f64> {
-        match &self.episodes.task {
-            TaskSpec::Obstacles(task) => Some(task.reach_cm),
-            _ => None,
-        }
+        let task = &self.episodes.task;
+        (!task.obstacles.is_empty()).then_some(task.reach_cm)
     }
 
     /// Begins all episodes: episode 0 under a seed each, or without seeds the next one under each one's seed.
@@ -720,7 +712,7 @@ impl Batch {
         let (mut touches, mut gaps, mut contacts) = (Vec::new(), Vec::new(), Vec::new());
         let mut distances = Vec::with_capacity(self.count * targets);
         for place in self.places() {
-            let (gap, is_touching) = self.episodes.gap(&place.seen);
+            let (gap, is_touching) = self.episodes.gap(&place.past.latest);
             touches.push(is_touching);
             gaps.push(gap);
             contacts.push(i64::from(place.contact_steps));

@@ -16,7 +16,7 @@ use tropism::plant::PlantModel;
 use tropism::random::{NoiseStream, Purpose};
 use tropism::rig::{Rig, SideView};
 use tropism::simulation::{BatchModel, Simulation};
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 use tropism::track::Sample;
 use tropism::vision::camera::stereo::{CameraPose, Side, StereoPair};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
@@ -26,7 +26,7 @@ use tropism_lab::ControllerSpec;
 use crate::error::{TropismError, parsed, refused};
 use crate::model::Model;
 use crate::neat::Genome;
-use crate::parts::{AnyTask, Device, PythonController, PythonModel, Trouble};
+use crate::parts::{Device, PythonController, PythonModel, Trouble, any_task};
 use crate::threads::check_fork;
 use crate::track::Track;
 
@@ -36,7 +36,7 @@ const LOOK: Duration = Duration::from_millis(10);
 /// The controller that `value` is: the JSON of a plan's controller, or an object.
 fn controller_of(
     value: &Bound<'_, PyAny>,
-    task: &AnyTask,
+    task: &Task,
     layout: &Layout,
     period_min: f64,
     trouble: &Trouble,
@@ -46,7 +46,7 @@ fn controller_of(
     };
     let spec: ControllerSpec = parsed("controller", &json)?;
     spec.check(layout, period_min).map_err(refused)?;
-    Ok(spec.build(&task.spec(), layout, period_min))
+    Ok(spec.build(task, layout, period_min))
 }
 
 /// A controller of the core, decided by hand: greedy, periodic, an evolved network or a tuned rule.
@@ -61,7 +61,7 @@ impl Decider {
         let spec: ControllerSpec = parsed("controller", controller)?;
         let layout: Layout = parsed("layout", layout)?;
         spec.check(&layout, period_min).map_err(refused)?;
-        Ok(Self(spec.build(&parsed::<TaskSpec>("task", task)?, &layout, period_min)))
+        Ok(Self(spec.build(&parsed::<Task>("task", task)?, &layout, period_min)))
     }
 
     /// The lamp for what is seen now. Called once a step, in order: a controller may remember.
@@ -75,9 +75,9 @@ impl Decider {
 }
 
 /// What a loop made: its track and its fitness.
-fn finished(track: tropism::track::Track, task: &AnyTask, trouble: &Trouble) -> PyResult<(Track, f64)> {
+fn finished(track: tropism::track::Track, task: &Task, trouble: &Trouble) -> PyResult<(Track, f64)> {
     trouble.take()?;
-    let fitness = task.task().fitness(&track);
+    let fitness = task.fitness(&track);
     trouble.take()?;
     Ok((Track(track), fitness))
 }
@@ -99,7 +99,7 @@ pub(crate) fn simulate_loop(
     episode: u32,
 ) -> PyResult<(Track, f64)> {
     let trouble = Trouble::default();
-    let task = AnyTask::of(task, &trouble)?;
+    let task = any_task(task, &trouble)?;
     let noise = NoiseStream::new(seed, Purpose::Trial, [episode, 0, 0]);
     match model.cast::<Model>() {
         Ok(model) => simulated(py, &model.get().0, controller, &task, noise, &trouble),
@@ -115,14 +115,14 @@ fn simulated<M: PlantModel>(
     py: Python<'_>,
     model: &M,
     controller: &Bound<'_, PyAny>,
-    task: &AnyTask,
+    task: &Task,
     noise: NoiseStream,
     trouble: &Trouble,
 ) -> PyResult<(Track, f64)> {
     let mut controller = controller_of(controller, task, model.layout(), model.period_min(), trouble)?;
-    let mut world = Simulation::new(model, task.task(), noise);
+    let mut world = Simulation::new(model, task, noise);
     let watch = &mut |_: &Sample| trouble.flow(py);
-    let Ok(track) = environment::run(&mut world, &mut *controller, task.task(), watch);
+    let Ok(track) = environment::run(&mut world, &mut *controller, task, watch);
     finished(track, task, trouble)
 }
 
@@ -137,13 +137,13 @@ pub(crate) fn grow_loop(
     period_min: f64,
 ) -> PyResult<(Track, f64)> {
     let trouble = Trouble::default();
-    let task = AnyTask::of(task, &trouble)?;
+    let task = any_task(task, &trouble)?;
     let greenhouse: Greenhouse = parsed("greenhouse", greenhouse)?;
-    let greenhouse = greenhouse.for_task(task.task()).among(&task.task().solids());
+    let greenhouse = greenhouse.for_task(&task).among(&task.solids());
     greenhouse.check().map_err(refused)?;
     let mut controller = controller_of(controller, &task, &greenhouse.layout, period_min, &trouble)?;
     let trial = greenhouse.trial(period_min);
-    let track = trial.grow(seed, &mut *controller, task.task(), &mut |_| trouble.flow(py));
+    let track = trial.grow(seed, &mut *controller, &task, &mut |_| trouble.flow(py));
     finished(track, &task, &trouble)
 }
 
@@ -180,8 +180,8 @@ pub(crate) fn rig_loop<'py>(
     side: Option<SideCamera<'py>>,
 ) -> PyResult<(Track, f64)> {
     let trouble = Trouble::default();
-    let task = AnyTask::of(task, &trouble)?;
-    if task.task().is_in_space() && side.is_none() {
+    let task = any_task(task, &trouble)?;
+    if task.is_in_space() && side.is_none() {
         return Err(refused("found a rig with one camera, wanted a second one (`side`) for a task in space"));
     }
     let layout: Layout = parsed("layout", layout)?;
@@ -216,7 +216,7 @@ pub(crate) fn rig_loop<'py>(
     let side = side.transpose()?;
     let (camera, lamps, flash, clock) = (device(camera), device(lamps), device(flash), device(clock));
     let mut rig = Rig::new(camera, lamps, flash, clock, tracker, period).with_layout(layout).with_side(side);
-    let track = environment::run(&mut rig, &mut *controller, task.task(), &mut |_| trouble.flow(py));
+    let track = environment::run(&mut rig, &mut *controller, &task, &mut |_| trouble.flow(py));
     let closed = rig.close();
     trouble.take()?;
     let track = track.map_err(|error| TropismError::new_err(error.to_string()))?;
@@ -239,7 +239,7 @@ pub(crate) fn evolve_loop(
 ) -> PyResult<Vec<EvolvedRun>> {
     check_fork()?;
     let trouble = Trouble::default();
-    let task = AnyTask::of(task, &trouble)?;
+    let task = any_task(task, &trouble)?;
     let config: EvolutionConfig = parsed("config", config)?;
     match model.cast::<Model>() {
         Ok(model) => evolved(py, &model.get().0, &task, config, seed, &trouble),
@@ -251,12 +251,12 @@ pub(crate) fn evolve_loop(
 fn evolved<M: BatchModel>(
     py: Python<'_>,
     model: &M,
-    task: &AnyTask,
+    task: &Task,
     config: EvolutionConfig,
     seed: u64,
     trouble: &Trouble,
 ) -> PyResult<Vec<EvolvedRun>> {
-    let evolution = Evolution::new(model, task.task(), config, seed).map_err(refused)?;
+    let evolution = Evolution::new(model, task, config, seed).map_err(refused)?;
     let watch = |_, _: &_| {
         if trouble.is_there() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };

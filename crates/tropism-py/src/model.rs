@@ -10,7 +10,7 @@ use tropism::plant::space::SpaceModel;
 use tropism::plant::stem::StemModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, Purpose};
-use tropism::task::OpenLoop;
+use tropism::task::Task;
 use tropism_bean::{Species, Trial};
 use tropism_lab::model::Model as AnyModel;
 
@@ -58,7 +58,7 @@ impl Model {
     fn of_virtual_beans(py: Python<'_>, kind: &str, seed: u64, plants: u32, steps: u32) -> PyResult<Self> {
         check_fork()?;
         py.detach(|| {
-            let (species, task) = (Species::default(), OpenLoop { steps, ..OpenLoop::default() });
+            let (species, task) = (Species::default(), Task::open_loop(steps));
             let in_space = kind == "space";
             let layout = if in_space { Layout::four_sides() } else { Layout::default() };
             let trial = Trial { layout, in_space, ..Trial::new(&species) };

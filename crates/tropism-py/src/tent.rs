@@ -11,7 +11,7 @@ use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, Clock, Flash, Lamps, Rig, RigError};
-use tropism::task::{Task, TaskSpec};
+use tropism::task::{Past, Task};
 use tropism::vision::VisionConfig;
 use tropism_bean::tent::{Greenhouse, TentHandle};
 use tropism_bean::view::CAMERA;
@@ -40,10 +40,10 @@ pub(crate) fn greenhouse_for(task: &str, greenhouse: &str) -> PyResult<String> {
 }
 
 /// A checked task of its JSON.
-pub(crate) fn task_of(json: &str) -> PyResult<TaskSpec> {
-    let task: TaskSpec = parsed("task", json)?;
+pub(crate) fn task_of(json: &str) -> PyResult<Task> {
+    let task: Task = parsed("task", json)?;
     task.check().map_err(refused)?;
-    if let TaskSpec::RandomTargets(_) = task {
+    if task.is_to_draw() {
         return Err(refused(
             "found targets that are still to be drawn, wanted drawn ones; `tropism.transfer` draws them",
         ));
@@ -52,7 +52,7 @@ pub(crate) fn task_of(json: &str) -> PyResult<TaskSpec> {
 }
 
 /// A checked greenhouse of its JSON, with what a task needs.
-pub(crate) fn opened_for(task: &TaskSpec, greenhouse: &str) -> PyResult<Greenhouse> {
+pub(crate) fn opened_for(task: &Task, greenhouse: &str) -> PyResult<Greenhouse> {
     let greenhouse: Greenhouse = parsed("greenhouse", greenhouse)?;
     let greenhouse = greenhouse.for_task(task).among(&task.solids());
     greenhouse.check().map_err(refused)?;
@@ -98,7 +98,7 @@ impl Tent {
 
     /// Whether all obstacles of a task (JSON) stand in it.
     fn has_solids_of(&self, task: &str) -> PyResult<bool> {
-        let task: TaskSpec = parsed("task", task)?;
+        let task: Task = parsed("task", task)?;
         Ok(task.solids().iter().all(|solid| self.greenhouse.solids.contains(solid)))
     }
 
@@ -156,8 +156,7 @@ type TentRig = Rig<TentHandle, TentHandle, TentHandle, TentHandle>;
 /// One episode.
 struct Episode {
     rig: TentRig,
-    first: Observation,
-    seen: Observation,
+    past: Past,
     step: u32,
     photo: Photo,
 }
@@ -166,7 +165,7 @@ struct Episode {
 #[pyclass(unsendable, module = "tropism._core")]
 pub(crate) struct TentEpisodes {
     greenhouse: Greenhouse,
-    task: TaskSpec,
+    task: Task,
     vision: VisionConfig,
     period_min: f64,
     episode: Option<Episode>,
@@ -215,10 +214,10 @@ impl TentEpisodes {
         let hand = || handle.clone();
         let mut rig =
             Rig::new(hand(), hand(), hand(), hand(), tracker, period).with_layout(self.layout().clone());
-        let start = Observation::simulated(self.task.start());
+        let start = Observation::simulated(self.task.start);
         let (seen, photo) = look(&mut rig, &start).map_err(broken)?;
         let found = (seen.tip.x, seen.tip.y, seen.quality.name());
-        self.episode = Some(Episode { rig, first: seen.clone(), seen, step: 0, photo });
+        self.episode = Some(Episode { rig, past: Past::new(seen), step: 0, photo });
         Ok(found)
     }
 
@@ -232,13 +231,14 @@ impl TentEpisodes {
             return Err(refused("found no episode, wanted `reset` first"));
         };
         episode.rig.light(Some(light)).map_err(broken)?;
-        let (after, photo) = look(&mut episode.rig, &episode.seen).map_err(broken)?;
-        let reward = self.task.step_fitness(&episode.first, &episode.seen, &after);
+        let (after, photo) = look(&mut episode.rig, &episode.past.latest).map_err(broken)?;
+        let reward = self.task.step_fitness(&episode.past, &after);
         episode.step += 1;
         let terminated = self.task.is_over(0, &after);
-        let truncated = !terminated && episode.step >= self.task.max_steps();
-        (episode.seen, episode.photo) = (after, photo);
-        let seen = &episode.seen;
+        let truncated = !terminated && episode.step >= self.task.max_steps;
+        episode.past.push(after);
+        episode.photo = photo;
+        let seen = &episode.past.latest;
         Ok((seen.tip.x, seen.tip.y, seen.quality.name(), reward, terminated, truncated))
     }
 

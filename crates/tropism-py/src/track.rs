@@ -6,7 +6,7 @@ use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use tropism::geometry::STEM_POINTS;
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism::track::Values;
 use tropism_lab::files;
 
@@ -84,6 +84,6 @@ impl Track {
 
     /// The fitness for a task (JSON), eq. (9) for one with targets, in cm.
     fn fitness(&self, task: &str) -> PyResult<f64> {
-        Ok(parsed::<TaskSpec>("task", task)?.fitness(&self.0))
+        Ok(parsed::<Task>("task", task)?.fitness(&self.0))
     }
 }

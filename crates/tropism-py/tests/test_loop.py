@@ -216,7 +216,7 @@ DISC: dict[str, Any] = {
     "obstacles": [{"disc": [0.0, 8.0], "radius_cm": 1.0}],
     "way_points": [[-3.0, 10.0]],
 }
-SPACE: dict[str, Any] = {"kind": "space", "targets": [[2.0, 6.5, 1.5], [-2.0, 10.0, 2.0]]}
+SPACE: dict[str, Any] = {"kind": "space", "targets": [[2.0, 6.5], [-2.0, 10.0]], "depths_cm": [1.5, 2.0]}
 
 
 class Watching(Controller):

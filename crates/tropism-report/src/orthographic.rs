@@ -57,11 +57,11 @@ pub struct Surroundings {
 impl Surroundings {
     /// Those of a task. Targets of a task in the plane have no depth: they stand in the plane of the front camera.
     #[must_use]
-    pub fn of(task: &(impl Task + ?Sized)) -> Self {
-        let in_plane = || task.targets().into_iter().map(in_plane).collect();
+    pub fn of(task: &Task) -> Self {
+        let in_plane = || task.targets.iter().copied().map(in_plane).collect();
         Self {
             targets: task.way_in_space().unwrap_or_else(in_plane),
-            line: task.shape().to_vec(),
+            line: task.line.clone(),
             solids: task.solids(),
         }
     }
@@ -437,7 +437,7 @@ mod tests {
     use super::*;
     use crate::testing::{self, winding};
     use proptest::prelude::*;
-    use tropism::task::{Obstacles, Space, Spiral};
+    use tropism::task::Task;
 
     fn scene_of(figure: &Figure) -> serde_json::Value {
         let Body::Space { scene, .. } = &figure.body else { panic!() };
@@ -450,7 +450,7 @@ mod tests {
 
     #[test]
     fn figure_8_in_space_is_golden() {
-        let mut figure = drawn(&winding(80), &Surroundings::of(&Spiral::default()));
+        let mut figure = drawn(&winding(80), &Surroundings::of(&Task::spiral()));
         figure.number = "8-in-space";
         testing::golden(&figure);
     }
@@ -475,7 +475,7 @@ mod tests {
     #[test]
     fn a_scene_has_each_stem_that_is_drawn() {
         let track = winding(40);
-        let scene = scene_of(&drawn(&track, &Surroundings::of(&Spiral::default())));
+        let scene = scene_of(&drawn(&track, &Surroundings::of(&Task::spiral())));
         let stems: Vec<_> =
             scene["lines"].as_array().unwrap().iter().filter(|line| line["class"] == "best").collect();
         // Eleven samples have a stem; the last one is thick.
@@ -492,21 +492,21 @@ mod tests {
 
     #[test]
     fn everything_lies_in_the_ball_of_the_scene() {
-        let around = Surroundings::of(&Space::default());
+        let around = Surroundings::of(&Task::space());
         let scene = Scene::of(&winding(60), &around).unwrap();
-        assert_eq!(scene.targets, Space::default().targets);
+        assert_eq!(scene.targets, Task::space().way_in_space().unwrap());
         assert!(scene.points().all(|place| distance(place, scene.centre) <= scene.radius + 0.01));
     }
 
     #[test]
     fn tasks_in_the_plane_are_drawn_in_the_plane() {
-        let task = Obstacles {
+        let task = Task {
             obstacles: vec![
                 Obstacle::Disc { centre: Point::new(0.0, 8.0), radius_cm: 1.0 },
                 Obstacle::Box { corners: [Point::new(2.0, 2.0), Point::new(4.0, 5.0)] },
                 Obstacle::Line { ends: [Point::new(-6.0, 6.0), Point::new(-2.0, 6.0)] },
             ],
-            ..Obstacles::default()
+            ..Task::obstacles()
         };
         let figure = drawn(&winding(60), &Surroundings::of(&task));
         let scene = scene_of(&figure);
@@ -540,7 +540,7 @@ mod tests {
 
     #[test]
     fn tracks_without_a_path_in_space_have_no_such_figure() {
-        let around = Surroundings::of(&Spiral::default());
+        let around = Surroundings::of(&Task::spiral());
         let mut huge = winding(8);
         huge.samples.iter_mut().for_each(|sample| sample.tip.x = 1e300);
         for track in [Track::default(), testing::swings(1, 20).remove(0), winding(4), huge] {

@@ -459,7 +459,7 @@ mod tests {
 
     #[test]
     fn a_plant_in_space_is_turned_by_the_page_itself() {
-        let around = report::Surroundings::of(&tropism::task::Spiral::default());
+        let around = report::Surroundings::of(&tropism::task::Task::spiral());
         let in_space =
             report::in_space("8", "A plant", &testing::winding(40), &around, Plants::Virtual).unwrap();
         let Body::Space { svg, scene } = in_space.body.clone() else { panic!() };

@@ -252,8 +252,8 @@ pub struct Goals {
 impl Goals {
     /// Those of a task.
     #[must_use]
-    pub fn of(task: &(impl Task + ?Sized)) -> Self {
-        Self { targets: task.targets(), line: task.shape().to_vec(), obstacles: task.obstacles().to_vec() }
+    pub fn of(task: &Task) -> Self {
+        Self { targets: task.targets.clone(), line: task.line.clone(), obstacles: task.obstacles.clone() }
     }
 
     /// Whether the whole stem counts, and not the tip alone.

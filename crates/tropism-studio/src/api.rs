@@ -15,7 +15,6 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use tropism::geometry::Region;
 use tropism::photo::{Image, LazyImage, Photo, PhotoError, jpeg};
-use tropism::task::Task;
 use tropism_lab::evolve::EvolutionRecord;
 use tropism_lab::safe_state::SafeStatePlan;
 use tropism_lab::status::{StatusPlan, StatusResults};

@@ -11,9 +11,9 @@ use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::plant::space::SpaceModel;
 use tropism::plant::stem::StemModel;
-use tropism::task::{Reach, Task, TaskSpec};
+use tropism::task::Task;
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
-use tropism_bean::{Species, Trial};
+use tropism_bean::{Reach, Species, Trial};
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::files;
 
@@ -137,7 +137,8 @@ pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal>
     let track = Track::of(samples);
     let crossings = task.crossings(&track);
     let steps = frames.len();
-    let fitness: Vec<f64> = fitness_so_far(&task, &track);
+    let fitness: Vec<f64> =
+        task.fitness_so_far(&track).iter().map(|sum| (100.0 * sum).round() / 100.0).collect();
     Ok(json!({
         "from": plan.from.min(steps),
         "frames": frames.into_iter().skip(plan.from).collect::<Vec<_>>(),
@@ -147,19 +148,7 @@ pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal>
     }))
 }
 
-/// The fitness up to each step, in cm.
-fn fitness_so_far(task: &TaskSpec, track: &Track) -> Vec<f64> {
-    let seen = Sample::observation;
-    let Some(first) = track.samples.first().map(seen) else { return Vec::new() };
-    let mut sum = 0.0;
-    let steps = track.samples.windows(2).map(|pair| {
-        sum += task.step_fitness(&first, &seen(&pair[0]), &seen(&pair[1]));
-        (100.0 * sum).round() / 100.0
-    });
-    std::iter::once(0.0).chain(steps).collect()
-}
-
-fn frame(task: &TaskSpec, seen: &Observation, light: Option<Light>) -> Frame {
+fn frame(task: &Task, seen: &Observation, light: Option<Light>) -> Frame {
     let rounded = |value: f64| (100.0 * value).round() / 100.0;
     let pair = |point: &Point| [rounded(point.x), rounded(point.y)];
     Frame {
@@ -167,11 +156,12 @@ fn frame(task: &TaskSpec, seen: &Observation, light: Option<Light>) -> Frame {
         y: rounded(seen.tip.y),
         lamp: light.map(|light| if light == Light::RIGHT { "right" } else { "left" }),
         stem: seen.stem.as_ref().map(|stem| stem.0.iter().map(pair).collect()).unwrap_or_default(),
-        touches: matches!(task, TaskSpec::Obstacles(task) if task.touches(seen)),
-        off: match (task, &seen.stem) {
-            (TaskSpec::Shape(task), Some(stem)) => Some(rounded(task.difference_cm(stem))),
-            _ => None,
-        },
+        touches: task.touches(seen),
+        off: seen
+            .stem
+            .as_ref()
+            .filter(|_| task.has_form())
+            .map(|stem| rounded(task.form_difference_cm(stem))),
     }
 }
 

@@ -1,9 +1,9 @@
 //! What a page draws, and the task that it is.
 
 use serde::{Deserialize, Serialize};
-use tropism::geometry::{Point, Polyline};
+use tropism::geometry::Point;
 use tropism::obstacle::Obstacle;
-use tropism::task::{Obstacles, Shape, Targets, Task, TaskSpec};
+use tropism::task::Task;
 
 use crate::error::Refusal;
 
@@ -54,31 +54,31 @@ pub(crate) struct Form {
 }
 
 impl Form {
-    fn of(shape: &Shape) -> Self {
+    fn of(task: &Task) -> Self {
         Self {
-            line: pairs(&shape.line),
-            apex: shape.apex.map(Into::into),
-            radius_cm: shape.radius_cm,
-            inflection: shape.inflection.map(Into::into),
-            lean_deg: shape.lean_deg,
-            within_cm: Some(shape.within_cm),
-            end_height_cm: Some(shape.end_height_cm),
+            line: pairs(&task.line),
+            apex: task.apex.map(Into::into),
+            radius_cm: task.radius_cm,
+            inflection: task.inflection.map(Into::into),
+            lean_deg: task.lean_deg,
+            within_cm: Some(task.within_cm),
+            end_height_cm: Some(task.end_height_cm),
         }
     }
 
-    fn task(&self) -> Result<TaskSpec, Refusal> {
+    fn task(&self) -> Result<Task, Refusal> {
         let count = self.line.len();
         if count > MOST_POINTS {
             return Err(Refusal::bad(format!(
                 "found a line of {count} points, wanted {MOST_POINTS} at most"
             )));
         }
-        let plain = Shape::of(Targets::default().start);
+        let plain = Task::shape();
         let line: Vec<Point> = self.line.iter().map(|&point| point.into()).collect();
         let [apex, inflection] = [self.apex, self.inflection].map(|point| point.map(Point::from));
         check_near(line.iter().copied().chain(apex).chain(inflection))?;
         let highest = line.iter().map(|point| point.y).reduce(f64::max);
-        let task = Shape {
+        let task = Task {
             line,
             apex,
             radius_cm: self.radius_cm,
@@ -89,7 +89,7 @@ impl Form {
             ..plain
         };
         task.check().map_err(|error| Refusal::bad(error.to_string()))?;
-        Ok(task.into())
+        Ok(task)
     }
 }
 
@@ -113,13 +113,13 @@ impl Drawing {
     }
 
     /// The drawing of a task.
-    pub(crate) fn of(task: &TaskSpec) -> Self {
-        let (way_points, form) = match task {
-            TaskSpec::Obstacles(task) => (pairs(&task.way_points), None),
-            TaskSpec::Shape(task) => (Vec::new(), Some(Form::of(task))),
-            _ => (Vec::new(), None),
-        };
-        Self { targets: pairs(&task.targets()), obstacles: task.obstacles().to_vec(), way_points, form }
+    pub(crate) fn of(task: &Task) -> Self {
+        Self {
+            targets: pairs(&task.targets),
+            obstacles: task.obstacles.clone(),
+            way_points: pairs(&task.way_points),
+            form: task.has_form().then(|| Form::of(task)),
+        }
     }
 
     /// Reads the JSON of an address.
@@ -137,19 +137,14 @@ impl Drawing {
     /// # Errors
     /// As [`Self::task`].
     pub(crate) fn best(&self) -> Result<Option<f64>, Refusal> {
-        Ok(match self.task()? {
-            TaskSpec::Shape(shape) => {
-                Some(shape.difference_cm(&Polyline(vec![Point::default(), shape.start])))
-            }
-            task => task.best_fitness(),
-        })
+        Ok(self.task()?.best_fitness())
     }
 
     /// The task: targets and way points from the lowest to the highest.
     ///
     /// # Errors
     /// [`Refusal`] names what is wrong.
-    pub(crate) fn task(&self) -> Result<TaskSpec, Refusal> {
+    pub(crate) fn task(&self) -> Result<Task, Refusal> {
         let Self { targets, obstacles, way_points, form } = self;
         if let Some(form) = form {
             if targets.is_empty() && obstacles.is_empty() && way_points.is_empty() {
@@ -182,19 +177,9 @@ impl Drawing {
         let highest = targets[targets.len() - 1].y;
         let task = if self.has_stem() {
             let obstacles = obstacles.clone();
-            TaskSpec::from(Obstacles {
-                targets,
-                obstacles,
-                way_points,
-                end_height_cm: highest,
-                ..Obstacles::default()
-            })
+            Task { targets, obstacles, way_points, end_height_cm: highest, ..Task::obstacles() }
         } else {
-            TaskSpec::from(Targets {
-                targets,
-                end_height_cm: round_to_mm(highest + ABOVE_CM),
-                ..Targets::default()
-            })
+            Task { targets, end_height_cm: round_to_mm(highest + ABOVE_CM), ..Task::default() }
         };
         task.check().map_err(|error| Refusal::bad(error.to_string()))?;
         Ok(task)
@@ -221,9 +206,9 @@ mod tests {
     #[test]
     fn targets_are_sorted_and_checked() {
         let text = Drawing::of_targets(&[[-5.0, 9.0], [3.0, 6.0]]).to_toml().unwrap();
-        let task: TaskSpec = toml::from_str(&text).unwrap();
-        assert_eq!(task.targets(), [Point::new(3.0, 6.0), Point::new(-5.0, 9.0)]);
-        assert_eq!(task.as_targets().unwrap().end_height_cm, 9.3);
+        let task: Task = toml::from_str(&text).unwrap();
+        assert_eq!(task.targets, [Point::new(3.0, 6.0), Point::new(-5.0, 9.0)]);
+        assert_eq!(task.end_height_cm, 9.3);
         for targets in [
             &[][..],
             &[[f64::NAN, 6.0]],
@@ -242,9 +227,9 @@ mod tests {
             "obstacles": [{"disc": [0, 8], "radius_cm": 1}, {"box": [[2, 5], [4, 6]]}, {"line": [[-8, 4], [-5, 4]]}]}"#;
         let drawing = Drawing::read(text).unwrap();
         let task = drawing.task().unwrap();
-        assert_eq!(task.obstacles().len(), 3);
+        assert_eq!(task.obstacles.len(), 3);
         assert_eq!(task.way(), [[-1.0, 7.0], [-3.0, 10.0], [0.0, 13.0]].map(Point::from));
-        assert_eq!(toml::from_str::<TaskSpec>(&drawing.to_toml().unwrap()).unwrap(), task);
+        assert_eq!(toml::from_str::<Task>(&drawing.to_toml().unwrap()).unwrap(), task);
         assert!(drawing.has_stem());
         // It comes back from a task with its way points in order.
         assert_eq!(Drawing::of(&task).task().unwrap(), task);
@@ -258,7 +243,7 @@ mod tests {
             assert!(Drawing::read(&text.replace(from, to)).unwrap().task().is_err(), "{to}");
         }
         assert!(Drawing::read(&text.replace("disc", "star")).is_err());
-        let many = Drawing { obstacles: vec![task.obstacles()[0]; 9], ..drawing };
+        let many = Drawing { obstacles: vec![task.obstacles[0]; 9], ..drawing };
         assert!(many.task().is_err());
     }
 
@@ -269,9 +254,9 @@ mod tests {
         let drawing = read(&format!("\"line\": {line}, \"lean_deg\": 10"));
         let task = drawing.task().unwrap();
         assert!(drawing.has_stem() && drawing.to_toml().unwrap().contains("kind = \"shape\""));
-        let TaskSpec::Shape(shape) = &task else { panic!("{task:?}") };
-        assert_eq!((shape.end_height_cm, shape.lean_deg, shape.apex), (9.0, Some(10.0), None));
-        assert_eq!(toml::from_str::<TaskSpec>(&drawing.to_toml().unwrap()).unwrap(), task);
+        assert!(task.has_form(), "{task:?}");
+        assert_eq!((task.end_height_cm, task.lean_deg, task.apex), (9.0, Some(10.0), None));
+        assert_eq!(toml::from_str::<Task>(&drawing.to_toml().unwrap()).unwrap(), task);
         // It comes back from its task.
         assert_eq!(Drawing::of(&task).task().unwrap(), task);
         // A seedling that is the line cannot come nearer to it.

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant, SystemTime};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tropism::math::statistics::five_numbers;
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::evolve::{EvolutionRecord, EvolveResults};
-use tropism_lab::{files, holder, simulate, task};
+use tropism_lab::{files, holder, simulate};
 use tropism_neat::Genome;
 use tropism_report::{self as report, Body, Plants, SteeredTrack};
 
@@ -239,12 +239,12 @@ pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
         "runs": record.evolution.runs,
         "generations": record.evolution.generations,
         "population": record.evolution.neat.population,
-        "task": task::in_words(&record.task),
-        "targets": record.task.targets().iter().map(|&target| <[f64; 2]>::from(target)).collect::<Vec<_>>(),
-        "obstacles": record.task.obstacles(),
+        "task": record.task.title(),
+        "targets": record.task.targets.iter().map(|&target| <[f64; 2]>::from(target)).collect::<Vec<_>>(),
+        "obstacles": record.task.obstacles,
         "drawing": Drawing::of(&record.task),
         "best": record.task.best_fitness(),
-        "unit": task::unit(&record.task),
+        "unit": record.task.score.unit(),
         "has_model": folder.join("model.json").exists(),
         "commands": {
             "status": format!("tropism status {word}"),
@@ -320,13 +320,13 @@ fn svg(figure: report::Figure) -> Option<Value> {
 
 fn figures(
     genome: &Genome,
-    task: &TaskSpec,
+    task: &Task,
     steered: Option<SteeredTrack<'_>>,
 ) -> (Option<Value>, Option<Value>) {
     if report::too_large_to_draw(genome).is_some() {
         return (None, None);
     }
-    let map = report::decision(genome, &task.targets(), steered).ok();
+    let map = report::decision(genome, &task.targets, steered).ok();
     (svg(report::network(genome)), map.and_then(svg))
 }
 

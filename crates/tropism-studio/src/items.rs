@@ -7,7 +7,6 @@ use std::time::{Duration, Instant, SystemTime};
 
 use serde::Serialize;
 use serde_json::{Value, json};
-use tropism::task::Task;
 use tropism_lab::status::{self, RunState, RunStatus, StatusPlan, StatusResults};
 use tropism_lab::tune::TuneStatus;
 use tropism_lab::units::plural;

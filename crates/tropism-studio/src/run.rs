@@ -9,14 +9,14 @@ use serde_json::{Value, json};
 use tropism::geometry::{Pixel, Point};
 use tropism::observation::{Observation, Quality};
 use tropism::rig::Event;
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism::vision::Calibration;
 use tropism_lab::ControllerSpec;
 use tropism_lab::files::shell_word;
 use tropism_lab::run::speed_of;
 use tropism_lab::status::{self, RunState, RunStatus};
-use tropism_lab::{RunConfig, StepRecord, holder, simulate, task};
+use tropism_lab::{RunConfig, StepRecord, holder, simulate};
 
 use crate::error::Refusal;
 use crate::items::state_word;
@@ -249,11 +249,13 @@ fn status_json(folder: &Path, config: &RunConfig, steps: &[StepRecord], status: 
 
 /// How far the stem was last seen from the form that it is to have, and that of the step at which it counts, in cm; `None` for
 /// another task.
-fn off(task: &TaskSpec, steps: &[StepRecord]) -> Option<Value> {
-    let TaskSpec::Shape(shape) = task else { return None };
+fn off(task: &Task, steps: &[StepRecord]) -> Option<Value> {
+    if !task.has_form() {
+        return None;
+    }
     let seen = || steps.iter().filter_map(|step| Some((step, step.observation()?)));
-    let off = |seen: &Observation| Some(rounded(shape.difference_cm(seen.stem.as_ref()?), 2));
-    let end = seen().find(|(_, seen)| seen.tip.y >= shape.end_height_cm);
+    let off = |seen: &Observation| Some(rounded(task.form_difference_cm(seen.stem.as_ref()?), 2));
+    let end = seen().find(|(_, seen)| seen.tip.y >= task.end_height_cm);
     let end = end.map(|(step, seen)| {
         json!({ "step": step.step, "hours": rounded(step.time_s / 3600.0, 2), "off": off(seen) })
     });
@@ -261,14 +263,14 @@ fn off(task: &TaskSpec, steps: &[StepRecord]) -> Option<Value> {
 }
 
 /// For each target, the step at which the tip first reached its height and how far beside it.
-fn crossings(task: &TaskSpec, steps: &[StepRecord]) -> Vec<Value> {
+fn crossings(task: &Task, steps: &[StepRecord]) -> Vec<Value> {
     let crossing = |target: &Point| {
         let tips = steps.iter().filter_map(|step| Some((step, step.seen.observation.as_ref()?.tip)));
         let (step, tip) = tips.into_iter().find(|(_, tip)| tip.y >= target.y)?;
         let hours = rounded(step.time_s / 3600.0, 2);
         Some(json!({ "step": step.step, "hours": hours, "beside": rounded((tip.x - target.x).abs(), 2) }))
     };
-    task.targets().iter().map(|target| crossing(target).unwrap_or(Value::Null)).collect()
+    task.targets.iter().map(|target| crossing(target).unwrap_or(Value::Null)).collect()
 }
 
 fn fitness(config: &RunConfig, folder: &Path, state: RunState) -> Option<f64> {
@@ -283,7 +285,7 @@ pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
     let calibration = config.calibration();
     let pair = |pixel: Pixel| [pixel.x, pixel.y];
     let pixel = |point: &Point| calibration.map(|calibration| pair(calibration.pixel(*point)));
-    let targets: Vec<Value> = (config.task.targets().iter())
+    let targets: Vec<Value> = (config.task.targets.iter())
         .map(|target| json!({ "x": target.x, "y": target.y, "px": pixel(target) }))
         .collect();
     let crop = config.rig.vision.crop.or_else(|| config.rig.greenhouse.as_ref().map(|tent| tent.crop()));
@@ -292,14 +294,14 @@ pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
         "is_virtual": config.is_virtual(),
         "controller": config.controller_description(),
         "period_min": config.rig.period_min,
-        "max_steps": config.task.max_steps(),
+        "max_steps": config.task.max_steps,
         "targets": targets,
-        "obstacles": config.task.obstacles(),
-        "line": config.task.shape().iter().map(|point| json!({ "x": point.x, "y": point.y, "px": pixel(point) })).collect::<Vec<_>>(),
-        "within": if let TaskSpec::Shape(task) = &config.task { Some(task.within_cm) } else { None },
-        "end_height": Some(end_height(&config.task)).filter(|height| height.is_finite()),
+        "obstacles": config.task.obstacles,
+        "line": config.task.line.iter().map(|point| json!({ "x": point.x, "y": point.y, "px": pixel(point) })).collect::<Vec<_>>(),
+        "within": config.task.has_form().then_some(config.task.within_cm),
+        "end_height": Some(config.task.end_height_cm).filter(|height| height.is_finite()),
         "best": config.task.best_fitness().filter(|_| config.task.has_goal()),
-        "unit": task::unit(&config.task),
+        "unit": config.task.score.unit(),
         "lamps": config.rig.layout().map_or_else(|_| Vec::new(), |layout| {
             layout.lights().map(|light| json!({ "name": layout.name(Some(light)), "side": layout.side(light) })).collect()
         }),
@@ -316,18 +318,6 @@ pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
         },
         "seed": config.seed,
     }))
-}
-
-fn end_height(task: &TaskSpec) -> f64 {
-    match task {
-        TaskSpec::Targets(task) => task.end_height_cm,
-        TaskSpec::Obstacles(task) => task.end_height_cm,
-        TaskSpec::Shape(task) => task.end_height_cm,
-        TaskSpec::Space(task) => task.end_height_cm,
-        TaskSpec::Spiral(task) => task.end_height_cm,
-        TaskSpec::RandomTargets(task) => task.end_height_cm,
-        TaskSpec::OpenLoop(_) => f64::INFINITY,
-    }
 }
 
 /// The words that go on with the run in `folder`, which lies at `at`: a virtual plant as fast as it grew before.
@@ -402,7 +392,7 @@ impl Predictions {
 /// Why nothing is predicted of a run with `config`, whatever models there are; `None` if it can be.
 pub(crate) fn reason_not_to_predict(config: &RunConfig) -> Option<&'static str> {
     match &config.task {
-        TaskSpec::OpenLoop(_) => Some("this task has nothing to reach"),
+        task if !task.has_goal() => Some("this task has nothing to reach"),
         _ if matches!(config.controller, ControllerSpec::Plan(_)) => {
             Some("its controller plans by simulations of its own, which takes too long for many plants")
         }
@@ -422,8 +412,8 @@ pub(crate) fn prediction(folder: &Path, config: &RunConfig, model: &Path) -> Res
     let tips = tail.steps.iter().rev();
     let tip = tips.filter_map(StepRecord::observation).map(|seen| seen.tip).next();
     let tip = tip.ok_or_else(|| Refusal::missing("there is no photograph yet"))?;
-    let left: Vec<Point> = config.task.targets().into_iter().filter(|target| target.y > tip.y).collect();
-    let is_form = matches!(config.task, TaskSpec::Shape(_));
+    let left: Vec<Point> = config.task.targets.iter().copied().filter(|target| target.y > tip.y).collect();
+    let is_form = config.task.has_form();
     if left.is_empty() && !is_form {
         return Err(Refusal::missing("the tip is above all targets"));
     }
@@ -435,7 +425,7 @@ pub(crate) fn prediction(folder: &Path, config: &RunConfig, model: &Path) -> Res
         "from": <[f64; 2]>::from(tip), "plants": PREDICTED, "targets": rows, "paths": fan,
         "form": is_form.then(|| predicted_form(&config.task, &tracks, period_min)),
         // Nothing holds a stem of a model back.
-        "goes_through": !config.task.obstacles().is_empty(),
+        "goes_through": !config.task.obstacles.is_empty(),
     }))
 }
 
@@ -473,7 +463,7 @@ fn predicted(target: &Point, tracks: &[Track], period_min: f64) -> Value {
 }
 
 /// Of those plants that reach the height at which the form of the stem counts.
-fn predicted_form(task: &TaskSpec, tracks: &[Track], period_min: f64) -> Value {
+fn predicted_form(task: &Task, tracks: &[Track], period_min: f64) -> Value {
     let reached = tracks.iter().filter_map(|track| {
         let end = task.crossings(track).into_iter().next()??;
         Some((hours_to(track, end.step, period_min), end.distance_cm))
@@ -510,7 +500,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         assert_eq!(resume_words(folder.path(), "bean"), ["run", "--out", "bean", "--resume"]);
         let mut config = RunConfig::default();
-        config.task = config.task.with_max_steps(2);
+        config.task.max_steps = 2;
         let (out, speed) = (folder.path().join("bean"), Some(1e6));
         let plan = tropism_lab::RunPlan { out: out.clone(), speed, config, ..Default::default() };
         tropism_lab::Workflow::execute(&plan, &tropism_lab::Silent).unwrap();
@@ -519,16 +509,16 @@ mod tests {
 
     #[test]
     fn nothing_is_predicted_where_no_model_knows_anything() {
-        use tropism::task::{OpenLoop, Shape, Spiral};
+        use tropism::task::Task;
 
-        let reason = |task: TaskSpec| {
+        let reason = |task: Task| {
             let mut config = RunConfig::default();
             config.task = task;
             reason_not_to_predict(&config)
         };
-        assert!(reason(OpenLoop::default().into()).is_some_and(|why| why.contains("nothing to reach")));
-        assert!(reason(Spiral::default().into()).is_some_and(|why| why.contains("in space")));
-        assert_eq!([reason(TaskSpec::default()), reason(Shape::default().into())], [None; 2]);
+        assert!(reason(Task::open_loop(1000)).is_some_and(|why| why.contains("nothing to reach")));
+        assert!(reason(Task::spiral()).is_some_and(|why| why.contains("in space")));
+        assert_eq!([reason(Task::default()), reason(Task::shape())], [None; 2]);
     }
 
     #[test]

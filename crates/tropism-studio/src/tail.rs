@@ -62,7 +62,7 @@ mod tests {
     fn run(folder: &Path, steps: u32, seed: u64) {
         let mut config = RunConfig::default();
         config.seed = seed;
-        config.task = config.task.with_max_steps(steps);
+        config.task.max_steps = steps;
         RunPlan { out: folder.to_owned(), config, ..RunPlan::default() }.execute(&Silent).unwrap();
     }
 

@@ -86,7 +86,7 @@ impl Served {
 /// A run of a few steps, and an evolution of a few generations, in the folder.
 fn with_work(_: &mut StudioPlan, folder: &Path) {
     let mut config = RunConfig::default();
-    config.task = config.task.with_max_steps(3);
+    config.task.max_steps = 3;
     // Small photographs are quick.
     let scene = &mut config.rig.greenhouse.as_mut().unwrap().scene;
     (scene.width, scene.height) = (324, 243);

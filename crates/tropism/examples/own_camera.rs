@@ -71,12 +71,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (camera, lamps) = (DrawingCamera(Rc::clone(&plant)), DrawnLamps(Rc::clone(&plant)));
     let mut rig = Rig::new(camera, lamps, NoFlash, InstantClock, tracker, Duration::from_secs(300));
 
-    let task = Targets {
-        targets: vec![Point::new(2.0, 8.0)],
-        end_height_cm: 8.5,
-        max_steps: 60,
-        ..Targets::default()
-    };
+    let task =
+        Task { targets: vec![Point::new(2.0, 8.0)], end_height_cm: 8.5, max_steps: 60, ..Task::default() };
     let mut controller = Greedy::new(&task, rig.layout());
     let track = run(&mut rig, &mut controller, &task, &mut unwatched)?;
     println!("{} photographs, fitness {:.2} cm", track.samples.len(), task.fitness(&track));

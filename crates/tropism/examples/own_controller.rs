@@ -29,7 +29,7 @@ impl Controller for Predicting {
 }
 
 fn main() {
-    let (task, layout, species) = (Targets::default(), Layout::default(), Species::default());
+    let (task, layout, species) = (Task::default(), Layout::default(), Species::default());
     let mut fitness = [0.0, 0.0];
     const PLANTS: u64 = 12;
     for seed in 1..=PLANTS {

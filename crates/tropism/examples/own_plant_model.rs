@@ -54,10 +54,10 @@ impl BatchModel for Inertia {}
 
 fn main() -> Result<(), Box<dyn Error>> {
     let model = Inertia { layout: Layout::wahby2016(), growth_cm: 0.03 };
-    let task = Targets {
+    let task = Task {
         targets: vec![Point::new(2.0, 6.0), Point::new(-2.0, 9.0)],
         end_height_cm: 9.5,
-        ..Targets::default()
+        ..Task::default()
     };
     // The network sees where the next target is and how the tip moves, instead of the place of the tip.
     let sensors = Sensors::new(vec![Sensor::ToTarget { ahead: 0 }, Sensor::LastShift])?;
@@ -66,11 +66,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let evolution = Evolution::new(&model, &task, config, 1)?;
     let runs = evolution.evolve(&|_run, _generation| ControlFlow::Continue(()))?.expect("never broken off");
     let choice = evolution.choose(&runs, std::slice::from_ref(&model), 100);
-    println!(
-        "evolved: {:.2} cm of at most {:.2} on unseen plants",
-        choice.trials[choice.run].mean,
-        task.best()
-    );
+    println!("evolved: {} on unseen plants", task.fitness_in_words(choice.trials[choice.run].mean));
 
     let mut greedy = Greedy::new(&task, model.layout());
     let fitness: Vec<f64> =

@@ -53,7 +53,7 @@ pub trait Environment {
 pub fn run<W: Environment>(
     world: &mut W,
     controller: &mut (impl Controller + ?Sized),
-    task: &(impl Task + ?Sized),
+    task: &Task,
     watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
 ) -> Result<Track, W::Error> {
     let mut recording = Recording::new(world.layout().clone(), world.period_min());
@@ -89,7 +89,7 @@ impl Recording {
         seen: Observation,
         missed: u32,
         controller: &mut (impl Controller + ?Sized),
-        task: &(impl Task + ?Sized),
+        task: &Task,
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
     ) -> Option<Light> {
         let step = self.taken + missed;

@@ -16,7 +16,7 @@
 //! let measured = "tip_x_cm,tip_y_cm,light\n0,4,left\n-0.1,4.03,right\n0,4.06,right\n0.1,4.1,dark\n";
 //! let model = TipModel::fit([&Track::read_csv(measured.as_bytes())?], TipModelConfig::default())?;
 //!
-//! let task = Targets { max_steps: 40, ..Targets::default() }; // the paper's three targets, a short experiment
+//! let task = Task { max_steps: 40, ..Task::default() }; // the paper's three targets, a short experiment
 //! let config = EvolutionConfig { runs: 2, generations: 5, ..EvolutionConfig::default() };
 //! let evolution = Evolution::new(&model, &task, config, 1)?; // seed 1
 //! let runs = evolution.evolve(&|_run, _generation| ControlFlow::Continue(()))?.expect("never broken off");
@@ -25,7 +25,7 @@
 //! let (genome, _fitness) = runs[choice.run].champion().expect("at least one generation");
 //! let mut controller = NetworkController::of_tip(genome)?;
 //! let track = simulate(&model, &mut controller, &task, 7); // seed 7
-//! println!("fitness {:.2} of at most {:.2} cm", task.fitness(&track), task.best());
+//! println!("fitness {}", task.fitness_in_words(task.fitness(&track)));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -34,7 +34,7 @@
 //! | for | implement |
 //! |---|---|
 //! | a plant model of your own | [`plant::PlantModel`], and [`simulation::BatchModel`] to evolve on it |
-//! | a task | [`task::Task`] |
+//! | a task | [`task::Score`], the score of a [`task::Task`] |
 //! | a controller | [`control::Controller`] |
 //! | other inputs of the network | choose from [`control::Sensors`] |
 //! | a camera, lamps, a flash | the traits of [`rig`] |
@@ -80,6 +80,6 @@ pub use lamps::{Layout, Light};
 pub use observation::Observation;
 pub use plant::PlantModel;
 pub use simulation::simulate;
-pub use task::{Targets, Task};
+pub use task::{Score, Task};
 pub use track::Track;
 pub use tropism_neat::parallel;

@@ -11,5 +11,5 @@ pub use crate::plant::PlantModel;
 pub use crate::plant::tip::{TipModel, TipModelConfig};
 pub use crate::random::{NoiseStream, Purpose, StepNoise};
 pub use crate::simulation::{BatchModel, Simulation, fitness_of, simulate};
-pub use crate::task::{OpenLoop, Targets, Task};
+pub use crate::task::{Past, Score, Task};
 pub use crate::track::{Sample, Track};

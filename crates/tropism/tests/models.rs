@@ -28,7 +28,7 @@ use tropism::lamps::Light;
 use tropism::plant::PlantModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{NoiseStream, Purpose, StepNoise};
-use tropism::task::OpenLoop;
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism_bean::{Species, Trial};
 
@@ -48,7 +48,7 @@ fn grown(seed: u64, steps: u32, period_min: f64) -> Track {
     let species = Species::default();
     let trial = Trial { period_min, ..Trial::new(&species) };
     let mut controller = Periodic::new((180.0 / period_min) as u32, &trial.layout);
-    trial.grow(seed, &mut controller, &OpenLoop { steps, ..OpenLoop::default() }, &mut unwatched)
+    trial.grow(seed, &mut controller, &Task::open_loop(steps), &mut unwatched)
 }
 
 fn step_noise(step: u32) -> StepNoise {

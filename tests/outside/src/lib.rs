@@ -61,24 +61,22 @@ impl PlantModel for FourWay {
 impl BatchModel for FourWay {}
 
 /// Lean to the right by 3 cm at 8 cm height, scored by how much closer each step comes.
+#[derive(Debug)]
 pub struct Lean;
 
-impl Task for Lean {
-    fn is_over(&self, step: u32, seen: &Observation) -> bool {
-        step >= 200 || seen.tip.y >= 8.0
+impl Score for Lean {
+    fn step_fitness(&self, _task: &Task, past: &Past, after: &Observation) -> f64 {
+        (past.latest.tip.x - 3.0).abs() - (after.tip.x - 3.0).abs()
     }
 
-    fn step_fitness(&self, _first: &Observation, before: &Observation, after: &Observation) -> f64 {
-        (before.tip.x - 3.0).abs() - (after.tip.x - 3.0).abs()
+    fn best(&self, _task: &Task, first: &Observation) -> Option<f64> {
+        Some((first.tip.x - 3.0).abs())
     }
+}
 
-    fn targets(&self) -> Vec<Point> {
-        vec![Point::new(3.0, 8.0)]
-    }
-
-    fn best_fitness(&self) -> Option<f64> {
-        Some(3.0)
-    }
+/// The task of this score: its target, and where it ends.
+pub fn lean() -> Task {
+    Task { targets: vec![Point::new(3.0, 8.0)], end_height_cm: 8.0, max_steps: 200, ..Task::new(Lean) }
 }
 
 /// What this crate's networks see: the way to the target, the last light, and three points of the stem.

@@ -1,8 +1,8 @@
 //! How far virtual beans get to the side.
 
 use tropism::geometry::Point;
-use tropism::task::{Reach, Targets, Task};
-use tropism_bean::Species;
+use tropism::task::Task;
+use tropism_bean::{Reach, Species};
 
 #[test]
 fn far_targets_are_out_of_reach_and_near_ones_are_not() {
@@ -11,7 +11,7 @@ fn far_targets_are_out_of_reach_and_near_ones_are_not() {
         |rows: &[[f64; 2]], height: f64| rows.iter().find(|[y, _]| *y >= height).map_or(0.0, |[_, x]| *x);
     let Reach { tips, stems, lean_deg } = &reach;
     // The paper's targets were reached by real plants.
-    assert!(Targets::default().out_of_reach(&reach).is_empty(), "{tips:?}");
+    assert!(reach.out_of_reach(&Task::default()).is_empty(), "{tips:?}");
     assert!(reach.misses_tip(Point::new(-9.0, 5.0)).is_some_and(|why| why.contains("on the left")));
     // A grown stem leans, its root does not; and it is at least as far as its tip was.
     assert!((20.0..90.0).contains(lean_deg), "{lean_deg}");

@@ -10,7 +10,7 @@ use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Quality;
 use tropism::rig::{Lamps, Rig};
-use tropism::task::OpenLoop;
+use tropism::task::Task;
 use tropism::vision::VisionConfig;
 use tropism_bean::scene::Scene;
 use tropism_bean::tent::Greenhouse;
@@ -26,7 +26,7 @@ fn a_lamp_that_is_not_there_is_refused() {
 #[test]
 fn ground_truth_is_kept_by_the_period_of_the_tent() {
     let tent = Greenhouse::default();
-    let task = OpenLoop { steps: 4, ..OpenLoop::default() };
+    let task = Task::open_loop(4);
     let mut truth = Vec::new();
     let track = tent.grow(1, 20.0, &mut Periodic::new(2, &tent.layout), &task, &mut |sample, handle| {
         truth = if sample.light.is_none() { handle.truth_csv() } else { Vec::new() };
@@ -51,7 +51,7 @@ fn a_tip_is_found_under_each_of_four_lamps() {
         let mut rig = Rig::new(hand(), hand(), hand(), hand(), tracker, Duration::from_secs(300))
             .with_layout(tent.layout.clone());
         let mut controller = Periodic::new(1000, &tent.layout).starting_with(light);
-        let task = OpenLoop { steps: 20, ..OpenLoop::default() };
+        let task = Task::open_loop(20);
         let track = run(&mut rig, &mut controller, &task, &mut unwatched).unwrap();
         let truth = String::from_utf8(handle.truth_csv()).unwrap();
         let tops: BTreeMap<u32, Point> = truth.lines().skip(1).map(top).collect();

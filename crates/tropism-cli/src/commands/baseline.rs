@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use tropism_lab::baseline::{BaselinePlan, BaselineResults};
-use tropism_lab::task::{score_in_words, unit};
 
 use crate::options::{SeedOption, TaskOption};
 use crate::progress::{check_outputs, execute_and_print};
@@ -60,8 +59,8 @@ fn text(plan: &BaselinePlan, results: &BaselineResults) -> String {
     let BaselineResults { count, best, median, .. } = results;
     let mut text = format!(
         "best of {count} random controllers: {}; median {median:.2} {}",
-        score_in_words(&plan.task, *best),
-        unit(&plan.task),
+        plan.task.fitness_in_words(*best),
+        plan.task.score.unit(),
     );
     if let Some(path) = &plan.out {
         text += &format!("\nwrote {}", path.display());

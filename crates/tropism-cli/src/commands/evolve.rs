@@ -7,11 +7,9 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use tropism::evolve::{Method, Start};
-use tropism::task::Task;
 use tropism_lab::Monitor;
 use tropism_lab::evolve::{CHECKPOINT_S, EvolutionRunSummary, EvolveConfig, EvolvePlan, EvolveResults};
 use tropism_lab::files::shell_word;
-use tropism_lab::task::unit;
 use tropism_lab::units::plural;
 use tropism_neat::{Config, Generation};
 
@@ -186,7 +184,7 @@ impl Evolve {
 
 fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
     let [least, median, greatest] = results.best_fitness_range();
-    let (chosen, unit) = (results.chosen(), unit(&plan.task));
+    let (chosen, unit) = (results.chosen(), plan.task.score.unit());
     let expected = match &chosen.withheld {
         None => format!("{:.2} {unit} (sd {:.2})", chosen.transfer.mean, chosen.transfer.sd),
         Some(reason) => format!("withheld, for {reason}"),

@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use clap::error::ErrorKind;
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 use tropism::vision::VisionConfig;
 use tropism_bean::tent::Greenhouse;
 use tropism_lab::files::{self, shell_word};
-use tropism_lab::task::score_in_words;
 use tropism_lab::units::plural;
 use tropism_lab::{RunConfig, RunPlan, RunResults};
 use tropism_rig::file::RigFile;
@@ -119,7 +118,7 @@ impl Run {
         };
         let task = match &found {
             Some(found) if self.task.task.is_none() => {
-                found.task.clone().with_max_steps(self.steps.unwrap_or(found.task.max_steps()))
+                Task { max_steps: self.steps.unwrap_or(found.task.max_steps), ..found.task.clone() }
             }
             _ => task_for(&controller, &self.task, self.steps, shell)?,
         };
@@ -152,12 +151,7 @@ fn missing(option: &str, out: &Path) -> ! {
 }
 
 /// The virtual `tent` with what the task needs, at the interval of the controller, if it has one; or the rig of a file.
-fn load_rig(
-    path: &Path,
-    tent: Option<Greenhouse>,
-    task: &TaskSpec,
-    period_min: Option<f64>,
-) -> Result<RigFile> {
+fn load_rig(path: &Path, tent: Option<Greenhouse>, task: &Task, period_min: Option<f64>) -> Result<RigFile> {
     if path == Path::new("greenhouse") {
         let rig = RigFile::greenhouse(tent.unwrap_or_default().for_task(task), VisionConfig::default());
         return Ok(RigFile { period_min: period_min.unwrap_or(rig.period_min), ..rig });
@@ -187,7 +181,7 @@ fn text(plan: &RunPlan, results: &RunResults) -> String {
         last.y
     );
     if let Some(fitness) = results.fitness {
-        text += &format!("fitness {}\n", score_in_words(&plan.config.task, fitness));
+        text += &format!("fitness {}\n", plan.config.task.fitness_in_words(fitness));
     }
     let track = results.track_file.display();
     text += &format!("wrote {track}\nnext: ");

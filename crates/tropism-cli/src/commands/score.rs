@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use tropism_lab::score::{ScorePlan, TaskSource, TrackScore};
-use tropism_lab::task::{in_words, is_same_but_for_steps, score_in_words};
+use tropism_lab::task::is_same_but_for_steps;
 
 use crate::options::TaskOption;
 use crate::progress::execute_and_print;
@@ -64,6 +64,6 @@ fn text(scores: &[TrackScore]) -> String {
         TaskSource::Paper => ", the paper's: the track says of no task, --task names another",
     };
     let task = &scores[0].task;
-    let mean = score_in_words(task, mean);
-    text + &format!("mean of {}: {mean}\nscored by {}{source}", scores.len(), in_words(task))
+    let mean = task.fitness_in_words(mean);
+    text + &format!("mean of {}: {mean}\nscored by {}{source}", scores.len(), task.title())
 }

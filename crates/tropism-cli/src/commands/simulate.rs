@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use tropism_lab::simulate::{SimulatePlan, SimulateResults};
-use tropism_lab::task::score_in_words;
 use tropism_lab::units::plural;
 
 use crate::controller::{ControllerName, task_of_champion};
@@ -69,7 +68,7 @@ fn text(plan: &SimulatePlan, results: &SimulateResults) -> String {
     format!(
         "fitness {} (sd {:.2}, {}); {:.1} % of steps where the model has no data\n\
          wrote {}",
-        score_in_words(&plan.task, results.mean_fitness),
+        plan.task.fitness_in_words(results.mean_fitness),
         results.sd_fitness,
         plural(results.episodes, "simulated plant"),
         100.0 * results.steps_without_data,

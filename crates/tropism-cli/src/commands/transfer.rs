@@ -5,8 +5,6 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism::task::Task;
-use tropism_lab::task;
 use tropism_lab::transfer::{JUDGING_PLANTS, TransferPlan, TransferResults, read_controllers};
 use tropism_lab::units::plural;
 
@@ -138,8 +136,8 @@ fn parse_seeds(text: &str) -> Result<Range<u64>, String> {
 fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     let longest = results.controllers.iter().map(|one| one.name.len()).max().unwrap_or(0).max(10);
     let has_low_shares = plan.has_low_shares();
-    let has_way = plan.task.pole().is_none();
-    let unit = task::unit(&plan.task);
+    let has_way = plan.task.pole.is_none();
+    let unit = plan.task.score.unit();
     let best = results.best_possible.map(|best| format!(" of at most {best:.2}"));
     let shares = if has_low_shares { "  under 9  under 6" } else { "" };
     let near = if has_way { "  at targets" } else { "" };
@@ -186,7 +184,7 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     }
     text += if !has_way {
         "mean: turns of the stem round the pole\n"
-    } else if plan.task.shape().is_empty() {
+    } else if plan.task.line.is_empty() {
         "at targets: median distance between tip and target when the tip first reached its height\n"
     } else {
         "at targets: median over the plants of the mean distance between stem and line at the end\n"

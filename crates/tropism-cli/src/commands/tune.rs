@@ -9,7 +9,6 @@ use tropism::control::Avoidance;
 use tropism::evolve::RuleSearch;
 use tropism_bean::tent::Greenhouse;
 use tropism_lab::files::shell_word;
-use tropism_lab::task::score_in_words;
 use tropism_lab::tune::{TunePlan, TuneResults};
 
 use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
@@ -132,7 +131,7 @@ fn text(plan: &TunePlan, results: &TuneResults) -> String {
         text,
         "{} (sd {:.2}) on {} unseen plants{of}; chase {:.2} (sd {:.2}); {:.1} s of processor time\n\
          {withheld}wrote {out}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
-        score_in_words(&plan.task, in_model.mean),
+        plan.task.fitness_in_words(in_model.mean),
         in_model.sd,
         in_model.plants,
         chase.mean,

@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use tropism::rig::{FaultPolicy, OnExit};
-use tropism::task::Targets;
+use tropism::task::Task;
 use tropism::text::plural;
 use tropism_rig::file::RigFile;
 
@@ -158,7 +158,7 @@ impl Scratch<'_> {
         // A rehearsal leaves no lamp lit.
         rig.lamps.iter_mut().for_each(|lamps| lamps.on_exit = OnExit::Dark);
         let controller = ControllerSpec::periodic(rig.period_min);
-        let config = RunConfig::new(rig, controller, Targets::open_loop(self.rehearsal.steps).into(), 1);
+        let config = RunConfig::new(rig, controller, Task::open_loop(self.rehearsal.steps), 1);
         let run = self.folder.join("run");
         files::make_folder(&run)?;
         Ok(files::write_settings(&run.join("run.toml"), &config.to_toml()?, false)?)

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use tropism::evolve::EvolutionConfig;
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 
 use super::{EvolvePlan, TRIAL_PLANTS};
 use crate::{Error, Workflow, files};
@@ -31,7 +31,7 @@ pub struct EvolveConfig {
     /// Unseen simulated plants of each model on which champions are compared.
     pub trial_plants: u32,
     /// Task of the controllers.
-    pub task: TaskSpec,
+    pub task: Task,
     /// Number of runs, generations and episodes, and NEAT's parameters.
     pub evolution: EvolutionConfig,
 }
@@ -45,7 +45,7 @@ impl Default for EvolveConfig {
             model_sha256: None,
             seed: 1,
             trial_plants: TRIAL_PLANTS,
-            task: TaskSpec::default(),
+            task: Task::default(),
             evolution: EvolutionConfig::default(),
         }
     }

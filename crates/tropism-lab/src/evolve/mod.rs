@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, Champion, Choice, Evolution, EvolutionConfig, EvolutionRun, Start, Trial};
 use tropism::parallel;
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 use tropism_bean::Species;
 use tropism_neat::Genome;
 
@@ -27,11 +27,10 @@ pub(crate) use self::record::champion_path;
 pub(crate) use self::status::status;
 pub use self::status::{EvolutionStatus, RunProgress};
 use crate::model::Model;
-use crate::reach::note_out_of_reach;
 use crate::sequences;
 use crate::statistics::median;
 use crate::stopwatch::{Stopwatch, timed};
-use crate::task::check_goal;
+use crate::task::{check_goal, note_out_of_reach};
 use crate::{Error, Monitor, Workflow, champion, files, model};
 
 /// Default of [`EvolvePlan::trial_plants`]: the standard error of a mean over 200 plants is 0.07 standard deviations.
@@ -59,7 +58,7 @@ pub struct EvolvePlan {
     /// Folder for checkpoints and results.
     pub out: PathBuf,
     /// Task of the controllers.
-    pub task: TaskSpec,
+    pub task: Task,
     /// Number of runs, generations and episodes, and NEAT's parameters.
     pub evolution: EvolutionConfig,
     /// Unseen simulated plants of each model on which champions are compared, 1 to 1000000.
@@ -77,7 +76,7 @@ impl Default for EvolvePlan {
         Self {
             model: "model.json".into(),
             out: "evolution".into(),
-            task: TaskSpec::default(),
+            task: Task::default(),
             evolution: EvolutionConfig::default(),
             trial_plants: TRIAL_PLANTS,
             seed: 1,
@@ -171,9 +170,9 @@ impl Workflow for EvolvePlan {
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<EvolveResults, Error> {
-        note_out_of_reach(&self.task, &Species::default(), monitor);
         let stopwatch = Stopwatch::start();
         let model = model::read_for(&self.model, &self.task, monitor)?;
+        note_out_of_reach(&self.task, &Species::default(), monitor);
         let evolution = Evolution::new(&model, &self.task, self.evolution.clone(), self.seed)
             .map_err(Error::in_plan("evolution"))?;
         let _lock = EvolutionRecord::new(self, &model).claim(&self.out, self.resume)?;
@@ -269,7 +268,7 @@ impl EvolvePlan {
     fn summarize<'r>(
         &self,
         runs: &'r [EvolutionRun],
-        evolution: &'r Evolution<'_, Model, TaskSpec>,
+        evolution: &'r Evolution<'_, Model>,
         model: &Model,
         monitor: &dyn Monitor,
     ) -> Result<(Vec<Summarized<'r>>, f64), Error> {

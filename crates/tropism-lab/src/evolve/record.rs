@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{Champion, EvolutionConfig, EvolutionRun};
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 use tropism_neat::Genome;
 
 use super::EvolvePlan;
@@ -25,7 +25,7 @@ pub struct EvolutionRecord {
     model_sha256: String,
     pub(super) trial_plants: u32,
     /// Task of the controllers.
-    pub task: TaskSpec,
+    pub task: Task,
     /// Number of runs, generations and episodes, and NEAT's parameters.
     pub evolution: EvolutionConfig,
 }

@@ -5,24 +5,22 @@ use std::time::{Duration, Instant};
 
 use tropism::evolve::{Evolution, EvolutionRun};
 use tropism::parallel;
-use tropism::task::TaskSpec;
 
 use super::EvolvePlan;
 use super::progress::EvolutionMonitor;
 use super::record::checkpoint_path;
 use crate::model::Model;
 use crate::stopwatch::timed;
-use crate::task::unit;
 use crate::{Checkpoint, Error, Monitor};
 
 impl EvolvePlan {
     /// Evolves all runs to their last generation; with the processor time of all, in s.
     pub(super) fn evolve(
         &self,
-        evolution: &Evolution<'_, Model, TaskSpec>,
+        evolution: &Evolution<'_, Model>,
         monitor: &dyn Monitor,
     ) -> Result<(Vec<EvolutionRun>, f64), Error> {
-        let status = Mutex::new(EvolutionMonitor::new(self.evolution.runs as usize, unit(&self.task)));
+        let status = Mutex::new(EvolutionMonitor::new(self.evolution.runs as usize, self.task.score.unit()));
         let evolve = |index| {
             let (run, seconds) = timed(|| self.evolve_run(index as u32, evolution, monitor, &status));
             Ok::<_, Error>((run?, seconds))
@@ -37,7 +35,7 @@ impl EvolvePlan {
     fn evolve_run(
         &self,
         index: u32,
-        evolution: &Evolution<'_, Model, TaskSpec>,
+        evolution: &Evolution<'_, Model>,
         monitor: &dyn Monitor,
         status: &Mutex<EvolutionMonitor>,
     ) -> Result<Option<EvolutionRun>, Error> {
@@ -72,7 +70,7 @@ impl EvolvePlan {
     /// Run `index` as its checkpoint has it, or before its first generation.
     fn begin(
         &self,
-        evolution: &Evolution<'_, Model, TaskSpec>,
+        evolution: &Evolution<'_, Model>,
         index: u32,
         checkpoint: &Checkpoint,
         monitor: &dyn Monitor,

@@ -6,7 +6,6 @@ use serde::Serialize;
 
 use super::record::checkpoint_path;
 use super::{EvolutionRecord, EvolutionRunSummary, EvolveResults};
-use crate::task::unit;
 use crate::{Error, files, holder};
 
 /// What an evolution does now.
@@ -80,7 +79,7 @@ pub(crate) fn status(folder: &Path) -> Result<EvolutionStatus, Error> {
         is_virtual: record.is_virtual,
         process: holder(folder)?,
         generations: record.generations(),
-        unit: unit(&record.task),
+        unit: record.task.score.unit(),
         runs,
         saved_ago_s: saved.reduce(f64::min),
     })

@@ -11,7 +11,7 @@ use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::parallel;
 use tropism::random::{self, NoiseStream, Purpose};
-use tropism::task::OpenLoop;
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism_bean::{Specimen, Trial};
 
@@ -186,7 +186,7 @@ fn grow(
     name: String,
 ) -> LeftOut {
     let mut world = Witnessed { specimen: trial.specimen(seed), truth: Vec::new() };
-    let task = OpenLoop { steps: steps as u32, ..OpenLoop::default() };
+    let task = Task::open_loop(steps as u32);
     let Ok(observed) = environment::run(&mut world, controller, &task, &mut environment::unwatched);
     LeftOut { name, is_virtual: true, observed, truth: world.truth }
 }

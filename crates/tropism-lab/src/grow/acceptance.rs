@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use tropism::parallel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, Purpose};
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism_bean::{Species, acceptance};
 
@@ -103,7 +103,7 @@ impl AcceptancePlan {
     /// Controllers that are nearly perfect on the model that they were tuned on, or the best one if none is.
     fn tune(&self, tracks: &[Track], monitor: &dyn Monitor) -> Result<Vec<TunedController>, Error> {
         monitor.stage("tuning controllers", TUNED_SETS as u64 * tuning::SEARCHES);
-        let task = TaskSpec::default();
+        let task = Task::default();
         let tune = |set: &[Track]| {
             let model = TipModel::fit(set, TipModelConfig::default())?;
             let tuned = tuning::tune(&model, &task, self.seed, || monitor.advance(1), || monitor.may_go_on());

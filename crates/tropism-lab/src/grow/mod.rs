@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use tropism::parallel;
 use tropism::random::{self, Purpose};
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 use tropism::vision::VisionConfig;
 use tropism_bean::Trial;
@@ -43,7 +43,7 @@ pub struct GrowPlan {
     /// Controller of the lamps.
     pub controller: ControllerSpec,
     /// Task of the controller.
-    pub task: TaskSpec,
+    pub task: Task,
     /// Species, lamps and tent. Its scene and faults only change photographs.
     pub greenhouse: Greenhouse,
     /// Time from one step to the next, in min. Paper: 5 (section 2.1).

@@ -38,7 +38,7 @@ impl View {
 impl GrowPlan {
     /// Grows and photographs all plants.
     pub(super) fn photograph(&self, monitor: &dyn Monitor) -> Result<Vec<GrownPlant>, Error> {
-        let steps = u64::from(self.plants) * (u64::from(self.task.max_steps()) + 1);
+        let steps = u64::from(self.plants) * (u64::from(self.task.max_steps) + 1);
         monitor.stage("photograph", steps);
         // All folders are checked before the first plant grows.
         for plant in 0..self.plants {
@@ -68,7 +68,7 @@ impl GrowPlan {
     ) -> Result<Option<Track>, Error> {
         let track_file = folder.join("track.csv");
         if track_file.exists() {
-            monitor.skip(self.task.max_steps().into());
+            monitor.skip(self.task.max_steps.into());
             return Ok(Some(files::read_track(&track_file)?));
         }
         let views = if self.greenhouse.scene.cameras > 1 {

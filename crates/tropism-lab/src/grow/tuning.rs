@@ -14,7 +14,7 @@ use tropism::lamps::Layout;
 use tropism::parallel;
 use tropism::plant::tip::TipModel;
 use tropism::random::{self, Purpose};
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 
 /// Number of searches, each from another start. This and the following constants were chosen by hand; row 22 of
 /// `docs/virtual-bean.md` shows what they reach.
@@ -44,7 +44,7 @@ pub(super) type TunedController = (f64, Greedy);
 /// `may_go_on` says.
 pub(super) fn tune(
     model: &TipModel,
-    task: &TaskSpec,
+    task: &Task,
     seed: u64,
     tick: impl Fn() + Sync,
     may_go_on: impl Fn() -> bool + Sync,
@@ -59,7 +59,7 @@ pub(super) fn tune(
 }
 
 /// One search: a mutation that is not worse replaces its parent. Returns x and y of each waypoint in turn, in cm.
-fn search_from(model: &TipModel, task: &TaskSpec, seed: u64, may_go_on: &dyn Fn() -> bool) -> Vec<f64> {
+fn search_from(model: &TipModel, task: &Task, seed: u64, may_go_on: &dyn Fn() -> bool) -> Vec<f64> {
     let mut rng = random::stream(seed, Purpose::Trial, 0);
     let mut waypoints = first_waypoints(task, || random::normal(&mut rng));
     let mut best = mean_fitness(model, task, &waypoints, seed, SEARCH_PLANTS);
@@ -87,10 +87,10 @@ fn search_from(model: &TipModel, task: &TaskSpec, seed: u64, may_go_on: &dyn Fn(
 
 /// Waypoints around each target, at equal distances in height from the target below; `normal` draws from the standard
 /// normal distribution.
-fn first_waypoints(task: &TaskSpec, mut normal: impl FnMut() -> f64) -> Vec<f64> {
-    let mut below = task.start().y;
+fn first_waypoints(task: &Task, mut normal: impl FnMut() -> f64) -> Vec<f64> {
+    let mut below = task.start.y;
     let mut waypoints: Vec<f64> = Vec::new();
-    for target in task.targets() {
+    for target in &task.targets {
         for waypoint in 0..WAYPOINTS {
             let share = (waypoint + 1) as f64 / WAYPOINTS as f64;
             let x = target.x + START_SD_CM * normal();
@@ -101,7 +101,7 @@ fn first_waypoints(task: &TaskSpec, mut normal: impl FnMut() -> f64) -> Vec<f64>
     waypoints
 }
 
-fn mean_fitness(model: &TipModel, task: &TaskSpec, waypoints: &[f64], seed: u64, plants: u32) -> f64 {
+fn mean_fitness(model: &TipModel, task: &Task, waypoints: &[f64], seed: u64, plants: u32) -> f64 {
     let rule = controller(waypoints);
     evolve::trial(std::slice::from_ref(model), task, || rule.clone(), seed, plants).mean
 }
@@ -115,7 +115,7 @@ fn controller(waypoints: &[f64]) -> Greedy {
 
 #[cfg(test)]
 mod tests {
-    use tropism::task::OpenLoop;
+    use tropism::task::Task;
 
     use tropism::control::Periodic;
     use tropism::environment::unwatched;
@@ -130,21 +130,14 @@ mod tests {
         let species = Species::default();
         let open_loop = |seed| {
             let mut controller = Periodic::new(72, &Layout::default()).starting_with(Light::RIGHT);
-            grow(
-                &species,
-                seed,
-                1.0,
-                &mut controller,
-                &OpenLoop { steps: 400, ..OpenLoop::default() },
-                &mut unwatched,
-            )
+            grow(&species, seed, 1.0, &mut controller, &Task::open_loop(400), &mut unwatched)
         };
         let tracks: Vec<_> = (0..3).map(open_loop).collect();
         let model = TipModel::fit(&tracks, TipModelConfig::default()).unwrap();
-        let task = TaskSpec::default();
+        let task = Task::default();
         let waypoints = search_from(&model, &task, 1, &|| true);
         assert_eq!(waypoints, search_from(&model, &task, 1, &|| true));
-        let greedy: Vec<f64> = task.targets().iter().flat_map(|target| [target.x, target.y]).collect();
+        let greedy: Vec<f64> = task.targets.iter().flat_map(|target| [target.x, target.y]).collect();
         let (tuned, greedy) =
             (mean_fitness(&model, &task, &waypoints, 2, 50), mean_fitness(&model, &task, &greedy, 2, 50));
         assert!(tuned > greedy, "{tuned} against {greedy}");

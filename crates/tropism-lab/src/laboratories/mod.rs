@@ -17,7 +17,7 @@ use tropism::control::PlannerConfig;
 use tropism::evolve::{EvolutionConfig, RuleSearch};
 use tropism::lamps::Light;
 use tropism::random::{self, Purpose};
-use tropism::task::{OpenLoop, Task, TaskSpec};
+use tropism::task::Task;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::Species;
 use tropism_bean::tent::Greenhouse;
@@ -168,7 +168,7 @@ pub struct LaboratoriesConfig {
     /// Plants that judge the controllers of a world, 1 to 100000.
     pub judging_plants: u32,
     /// Task of the controllers; it has targets.
-    pub task: TaskSpec,
+    pub task: Task,
     /// Whether the judged tip is measured in photographs.
     pub photographs: bool,
     /// The search for the bound: a rule that is tuned on virtual plants themselves. Left out, there is no bound.
@@ -190,7 +190,7 @@ impl Default for LaboratoriesConfig {
             plants: 6,
             steps: 1000,
             judging_plants: JUDGING_PLANTS,
-            task: TaskSpec::default(),
+            task: Task::default(),
             photographs: false,
             bound: None,
             recipes: vec![Recipe { name: "rule".to_owned(), method: rule }],
@@ -225,7 +225,7 @@ struct LaboratoriesRecord<'p> {
     is_virtual: bool,
     config: &'p LaboratoriesConfig,
     species: Vec<Species>,
-    tasks: Vec<TaskSpec>,
+    tasks: Vec<Task>,
 }
 
 impl LaboratoriesConfig {
@@ -423,8 +423,8 @@ impl LaboratoriesPlan {
     }
 
     /// The task of each world.
-    fn tasks(&self) -> Result<Vec<TaskSpec>, Error> {
-        let drawn = |mut task: TaskSpec| -> Result<TaskSpec, Error> {
+    fn tasks(&self) -> Result<Vec<Task>, Error> {
+        let drawn = |mut task: Task| -> Result<Task, Error> {
             sequences::draw(&mut task, &Greenhouse::default(), PAPER_PERIOD_MIN, self.config.seed)?;
             Ok(task)
         };
@@ -444,8 +444,8 @@ impl LaboratoriesPlan {
     }
 
     /// The tent of each world, with what its task needs.
-    fn greenhouses(&self, tasks: &[TaskSpec]) -> Result<Vec<Greenhouse>, Error> {
-        let greenhouse = |(world, task): (&World, &TaskSpec)| {
+    fn greenhouses(&self, tasks: &[Task]) -> Result<Vec<Greenhouse>, Error> {
+        let greenhouse = |(world, task): (&World, &Task)| {
             let bean: Species = world.bean.as_deref().map(files::read_toml).transpose()?.unwrap_or_default();
             let greenhouse = Greenhouse { bean, scale: world.scale, ..Greenhouse::default() }.for_task(task);
             let file = world.bean.clone().unwrap_or_default();
@@ -456,7 +456,7 @@ impl LaboratoriesPlan {
     }
 
     /// Makes the folder, or checks that the comparison in it is this one, and locks it until the result is dropped.
-    fn claim(&self, greenhouses: &[Greenhouse], tasks: &[TaskSpec]) -> Result<FolderLock, Error> {
+    fn claim(&self, greenhouses: &[Greenhouse], tasks: &[Task]) -> Result<FolderLock, Error> {
         let path = self.out.join("laboratories.toml");
         let record = LaboratoriesRecord {
             schema: Self::SCHEMA,
@@ -482,7 +482,7 @@ struct Stages<'p> {
     /// Its number, from 0.
     number: u64,
     greenhouse: Greenhouse,
-    task: TaskSpec,
+    task: Task,
     monitor: &'p dyn Monitor,
 }
 
@@ -584,7 +584,7 @@ impl Stages<'_> {
         let config = &self.plan.config;
         let grow = GrowPlan {
             plants: config.plants,
-            task: OpenLoop { steps: self.world.steps.unwrap_or(config.steps), ..OpenLoop::default() }.into(),
+            task: Task::open_loop(self.world.steps.unwrap_or(config.steps)),
             seed,
             // Those of an interrupted stage grow again.
             replace: true,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use tropism::math::statistics::mean;
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism_bean::tent::Greenhouse;
 
 use super::{BOUND, CHASE, CONSTANT, LaboratoriesConfig, LaboratoriesPlan, World, controller_name};
@@ -175,7 +175,7 @@ impl WorldResults {
         greenhouse: &Greenhouse,
         judged: &TransferResults,
         costs: &[f64],
-        task: &TaskSpec,
+        task: &Task,
     ) -> Self {
         let find = |name: &str| judged.controllers.iter().find(|one| one.name == name);
         let chase = find(CHASE).expect("the greedy rule is judged");
@@ -197,7 +197,7 @@ impl WorldResults {
             scale: world.scale,
             judging_plants: config.judging_plants_of(world),
             photographs: config.photographs_of(world),
-            task: crate::task::in_words(task),
+            task: task.title(),
             best_possible: task.best_fitness(),
             constant: BaselineResults::of(constant),
             chase: BaselineResults::of(chase),

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::de::DeserializeOwned;
 use tropism::math::statistics::{five_numbers, mean, standard_deviation};
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism_report::{self as report, ComparedRuns, Figure, Plants, Table};
 
 use super::ReportComparison;
@@ -16,7 +16,6 @@ use crate::laboratories::{LaboratoriesPlan, LaboratoriesResults};
 use crate::statistics::Bootstrap;
 use crate::study::StudyPlan;
 use crate::sweep::{Method, Setting, SweepPlan, UnitFindings, unit_folder};
-use crate::task;
 use crate::transfer::{TransferPlan, TransferResults};
 
 /// Seed of the bootstrap of intervals: they are to be the same in each report.
@@ -42,7 +41,7 @@ struct Group {
     /// Best fitness of each generation of each run.
     best: Vec<Vec<f64>>,
     values: Vec<f64>,
-    task: TaskSpec,
+    task: Task,
     /// Digest of the model on which the controllers evolved, where there is one for all.
     model: Option<String>,
 }
@@ -216,7 +215,7 @@ impl Comparison {
 
     /// The unit of all fitness; of tasks with different ones all of them.
     fn unit(&self) -> String {
-        let mut units: Vec<&str> = self.groups.iter().map(|group| task::unit(&group.task)).collect();
+        let mut units: Vec<&str> = self.groups.iter().map(|group| group.task.score.unit()).collect();
         units.sort_unstable();
         units.dedup();
         units.join(" or ")

@@ -7,7 +7,6 @@ mod compare;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::task::Task;
 use tropism::text::plural;
 use tropism::track::Track;
 use tropism_report::{self as report, LeftOut, Page, Plants, Table};
@@ -19,7 +18,7 @@ use crate::figures::{Figures, fitness_table};
 use crate::finished_run::FinishedRun;
 use crate::fit::is_of_virtual_plant;
 use crate::sweep::SweepPlan;
-use crate::{Error, Monitor, Workflow, files, study, task};
+use crate::{Error, Monitor, Workflow, files, study};
 
 /// Writes a report of folders and tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -186,7 +185,7 @@ impl Sources {
             self.is_virtual |= is_virtual;
             let plants = if is_virtual { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
             let history = EvolutionHistory::read(&path.join("history.csv"))?;
-            self.evolutions.push((history, task::unit(&task), plants));
+            self.evolutions.push((history, task.score.unit(), plants));
         } else if is_study(path)
             || path.join("transfer.toml").exists()
             || path.join("laboratories.toml").exists()

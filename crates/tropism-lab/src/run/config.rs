@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use tropism::evolve::Champion;
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_bean::tent::Greenhouse;
 use tropism_neat::Genome;
@@ -35,7 +35,7 @@ pub struct RunConfig {
     /// The controller, complete.
     pub controller: ControllerSpec,
     /// Targets and limits.
-    pub task: TaskSpec,
+    pub task: Task,
     /// Camera, lamps, flash and vision; without the channels of its alerts, which decide nothing of the outcome.
     pub rig: RigFile,
 }
@@ -54,15 +54,15 @@ impl RunConfig {
     /// The configuration of a run of `controller` in `rig`. The solids of `task` come into the virtual tent; of a real one,
     /// whose settings name none, vision is told of the task's obstacles, and with a camera at the side of its pole.
     #[must_use]
-    pub fn new(mut rig: RigFile, controller: ControllerSpec, task: TaskSpec, seed: u64) -> Self {
+    pub fn new(mut rig: RigFile, controller: ControllerSpec, task: Task, seed: u64) -> Self {
         match rig.greenhouse.take() {
             Some(tent) => rig.greenhouse = Some(tent.among(&task.solids())),
-            None if rig.vision.obstacles.is_empty() => rig.vision.obstacles = task.obstacles().to_vec(),
+            None if rig.vision.obstacles.is_empty() => rig.vision.obstacles = task.obstacles.clone(),
             None => {}
         }
         // In a real tent with a camera at the side both distances are known.
         if rig.greenhouse.is_none()
-            && let (Some(pole), Some(side)) = (task.pole(), &mut rig.side)
+            && let (Some(pole), Some(side)) = (task.pole, &mut rig.side)
         {
             let cameras = [(&mut rig.vision, pole), (&mut side.vision, side.from.pole_to_camera(pole))];
             for ((vision, pole), distance_cm) in cameras.into_iter().zip(side.distance_cm) {
@@ -240,7 +240,7 @@ struct Config1 {
     seed: u64,
     controller: String,
     network: Option<String>,
-    task: TaskSpec,
+    task: Task,
     rig: RigFile,
 }
 

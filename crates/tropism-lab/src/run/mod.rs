@@ -19,7 +19,6 @@ use serde::{Deserialize, Serialize};
 use tropism::environment::{self, Environment};
 use tropism::observation::Quality;
 use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, RunMonitor};
-use tropism::task::Task;
 use tropism::text::plural;
 use tropism::track::{Sample, Track};
 use tropism_bean::tent::TentHandle;
@@ -29,7 +28,6 @@ use crate::files;
 use crate::folder::RunFolder;
 use crate::journal::Journal;
 use crate::monitor::Monitor;
-use crate::reach::note_out_of_reach;
 use crate::recorder::{RecordError, Recorder, Supervision};
 use crate::sequences;
 use crate::workflow::Workflow;
@@ -258,9 +256,9 @@ impl Workflow for RunPlan {
             unreachable!("an error returned above");
         }
         if let Some(greenhouse) = &self.config.rig.greenhouse {
-            note_out_of_reach(&self.config.task, &greenhouse.bean, monitor);
+            crate::task::note_out_of_reach(&self.config.task, &greenhouse.bean, monitor);
         }
-        let max_steps = u64::from(self.config.task.max_steps());
+        let max_steps = u64::from(self.config.task.max_steps);
         monitor.stage("run", max_steps);
         let alerts = Alerts::open(&self.config.rig, &self.out)?;
         let done = folder.and_then(|folder| self.record(folder, &alerts, monitor));

@@ -1,12 +1,10 @@
 //! Drawings of a champion: its network, and the map of its decisions.
 
-use tropism::task::Task;
 use tropism_report::{self as report, Figure, Page, Plants, SteeredTrack};
 
 use super::source::ShownChampion;
 use super::{ShowFormat, ShowResults};
 use crate::Error;
-use crate::task::score_in_words;
 
 impl ShownChampion {
     /// The champion in `format`, beside its properties.
@@ -29,13 +27,13 @@ impl ShownChampion {
     /// The properties and the map, or why there is none.
     fn text(&self, properties: &ShowResults, too_large: Option<String>) -> String {
         let plant = self.steered.as_ref().map_or_else(String::new, |(track, plants)| {
-            let fitness = score_in_words(&self.task, self.task.fitness(track));
+            let fitness = self.task.fitness_in_words(self.task.fitness(track));
             format!("a plant that it steered: fitness {fitness}. {}\n", plants.sentence())
         });
         if let Some(sentence) = too_large {
             return format!("{}\n{plant}{sentence}\n", properties.summary());
         }
-        let map = report::decision_text(&self.champion.genome, &self.task.targets()).unwrap_or_default();
+        let map = report::decision_text(&self.champion.genome, &self.task.targets).unwrap_or_default();
         let key = if map.is_empty() {
             ""
         } else {
@@ -47,7 +45,7 @@ impl ShownChampion {
     /// The network, and the map if it is a controller.
     fn figures(&self) -> Vec<Figure> {
         let steered = self.steered.as_ref().map(|(track, plants)| SteeredTrack { track, plants: *plants });
-        let map = report::decision(&self.champion.genome, &self.task.targets(), steered).ok();
+        let map = report::decision(&self.champion.genome, &self.task.targets, steered).ok();
         [Some(report::network(&self.champion.genome)), map].into_iter().flatten().collect()
     }
 

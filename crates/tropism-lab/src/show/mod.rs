@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use tropism::control::network_analysis::{Boundary, NetworkAnalysis};
 use tropism::evolve::Champion;
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism::text::plural;
 use tropism_neat::Genome;
 use tropism_report as report;
@@ -33,7 +33,7 @@ pub struct ShowPlan {
     /// found.
     pub model: Option<PathBuf>,
     /// Task of the plant; `None`: the one that the network evolved for, or the paper's.
-    pub task: Option<TaskSpec>,
+    pub task: Option<Task>,
 }
 
 impl Default for ShowPlan {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use tropism::control::ShapeError;
 use tropism::evolve::Champion;
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 use tropism::text::plural;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism::track::Track;
@@ -16,14 +16,13 @@ use crate::evolve::EvolutionRecord;
 use crate::model::Model;
 use crate::run::RunConfig;
 use crate::sequences;
-use crate::task::unit;
 use crate::{Error, Monitor, champion, files, model};
 
 /// A champion, the file that it was read from, its task, and a plant that it steered.
 pub(super) struct ShownChampion {
     pub(super) champion: Champion,
     pub(super) file: PathBuf,
-    pub(super) task: TaskSpec,
+    pub(super) task: Task,
     pub(super) steered: Option<(Track, Plants)>,
 }
 
@@ -44,7 +43,7 @@ impl ShownChampion {
         let mut task = match (&plan.task, &champion.task, &record) {
             (Some(task), ..) | (None, Some(task), _) => task.clone(),
             (None, None, Some(record)) => record.task.clone(),
-            (None, None, None) => TaskSpec::default(),
+            (None, None, None) => Task::default(),
         };
         let seed = record.as_ref().map_or(1, |record| record.seed);
         match &plan.model {
@@ -119,7 +118,7 @@ fn best_so_far(record: &EvolutionRecord, file: &Path, monitor: &dyn Monitor) -> 
     monitor.note(&format!(
         "{}: an evolution that is not over; the best so far: run {number}, {fitness:.2} {} after {}",
         folder.display(),
-        unit(&record.task),
+        record.task.score.unit(),
         plural(run.search.generation(), "generation")
     ));
     Ok(record.champion_of(champion.clone()))
@@ -139,7 +138,7 @@ fn own_model(folder: Option<&Path>, record: Option<&EvolutionRecord>) -> Result<
 fn simulate(
     champion: &Champion,
     model: &Model,
-    task: &TaskSpec,
+    task: &Task,
     seed: u64,
 ) -> Result<(Track, Plants), ShapeError> {
     let plants = if model.is_virtual() { Plants::ModelOfVirtual } else { Plants::ModelOfReal };

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use tropism::evolve::EvolutionConfig;
 use tropism::plant::tip::TipModelConfig;
 use tropism::random::{self, Purpose};
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 use tropism::vision::VisionConfig;
 use tropism_bean::tent::Greenhouse;
 use tropism_rig::file::RigFile;
@@ -38,7 +38,7 @@ pub struct StudyConfig {
     /// Further unseen plants that the same controllers steer without photographs, 1 to 100000: six say little.
     pub judging_plants: u32,
     /// Task of the controllers.
-    pub task: TaskSpec,
+    pub task: Task,
     /// Settings of the tip-motion model.
     pub model: TipModelConfig,
     /// Settings of the evolution.
@@ -60,7 +60,7 @@ impl Default for StudyConfig {
             trial_plants: TRIAL_PLANTS,
             reality_plants: 6,
             judging_plants: JUDGING_PLANTS,
-            task: TaskSpec::default(),
+            task: Task::default(),
             model: TipModelConfig::default(),
             evolution: EvolutionConfig::default(),
             vision: VisionConfig::default(),

@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 use tropism::parallel;
-use tropism::task::{OpenLoop, TaskSpec};
+use tropism::task::Task;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::tent::Greenhouse;
 
@@ -124,7 +124,7 @@ impl StudyPlan {
 struct Experiment {
     folder: PathBuf,
     controller: ControllerSpec,
-    task: TaskSpec,
+    task: Task,
     seed: u64,
     /// Whether figures show its photographs.
     has_figures: bool,
@@ -162,7 +162,7 @@ impl StudyStages<'_> {
         let experiment = |number: u32| Experiment {
             folder: self.open_loop_folder(number),
             controller: config.periodic(),
-            task: OpenLoop { steps: config.steps, ..OpenLoop::default() }.into(),
+            task: Task::open_loop(config.steps),
             seed: config.plant_seed(number),
             has_figures: true,
         };
@@ -176,13 +176,13 @@ impl StudyStages<'_> {
 
     /// Runs experiments in parallel, each in its run folder. One that is over is not run again: its photographs may be gone.
     fn run_all(&self, stage: &str, experiments: &[Experiment], monitor: &Titled<'_>) -> Result<(), Error> {
-        let steps = experiments.iter().map(|experiment| u64::from(experiment.task.max_steps())).sum();
+        let steps = experiments.iter().map(|experiment| u64::from(experiment.task.max_steps)).sum();
         monitor.stage(stage, steps);
         let run = |experiment: &Experiment| {
             let Experiment { folder, controller, task, seed, has_figures } = experiment;
             let config = RunConfig::new(self.plan.config.rig(), controller.clone(), task.clone(), *seed);
             if folder.join("track.csv").exists() && RunConfig::read(folder)? == config {
-                monitor.skip(u64::from(task.max_steps()));
+                monitor.skip(u64::from(task.max_steps));
             } else {
                 let plan = RunPlan { out: folder.clone(), resume: true, config, ..RunPlan::default() };
                 plan.execute(&Part(monitor))?;

@@ -3,13 +3,12 @@
 use std::path::Path;
 
 use tropism::evolve::Champion;
-use tropism::task::Task;
 use tropism_report::{self as report, Figure, Goals, Page, Plants, Table};
 
 use super::results::{RealityNumbers, StudyFolder, StudyResults};
 use crate::figures::{Figures, fitness_table};
 use crate::finished_run::FinishedRun;
-use crate::{Error, champion, files, task};
+use crate::{Error, champion, files};
 
 /// The stages of a study, in order, by their keys in `seconds.json`.
 const STAGES: [&str; 7] =
@@ -103,7 +102,7 @@ impl StudyFolder {
         let typical = self.typical_run();
         all.add_setup(typical.or(self.open_loop.first()));
         all.add_open_loop_runs(&self.open_loop)?;
-        all.add_evolution(&self.history, task::unit(&self.config.task), Plants::ModelOfVirtual);
+        all.add_evolution(&self.history, self.config.task.score.unit(), Plants::ModelOfVirtual);
         let runs = &self.evolution.runs;
         let mut order: Vec<usize> = (0..runs.len()).collect();
         order.sort_by(|&a, &b| runs[b].trial.mean.total_cmp(&runs[a].trial.mean));

@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, Champion, Trial};
 use tropism::plant::PlantModel;
 use tropism::plant::tip::TipModel;
-use tropism::task::Task;
 use tropism_report::NumberRow;
 
 use super::config::{CONTROLLERS, StudyConfig};
@@ -197,7 +196,7 @@ impl StudyFolder {
         Ok(StudyResults {
             seed: self.config.seed,
             is_virtual: true,
-            best_possible: self.config.task.best(),
+            best_possible: self.config.task.best_fitness().unwrap_or(0.0),
             best_evolved,
             champion_mean_in_model: champion.trial.mean,
             champion_expected_in_reality: champion.transfer.mean,

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use tropism::geometry::Region;
 use tropism::photo::Image;
-use tropism::task::Task;
 use tropism::text::plural;
 use tropism::track::Sample;
 use tropism_report::{Film, FilmStep, Plants, cropped, scaled};
@@ -58,7 +57,7 @@ impl Source {
         film.plants = Some(config.plants());
         film.calibration = config.calibration();
         film.layout = config.rig.layout().map_err(Error::at(folder.display()))?;
-        film.targets = config.task.targets();
+        film.targets = config.task.targets.clone();
         let journal = folder.join("journal.sqlite");
         if !journal.exists() {
             // `tropism grow` writes the track of a plant without a journal.

@@ -12,7 +12,7 @@ use tropism::control::{Controller, Greedy};
 use tropism::environment::Environment;
 use tropism::lamps::Light;
 use tropism::observation::Observation;
-use tropism::task::{Task, TaskSpec};
+use tropism::task::{Past, Task};
 use tropism_bean::Specimen;
 
 /// Length of a block, in min. Chosen by hand: an experiment then has some sixty blocks, few enough for a search.
@@ -30,10 +30,9 @@ const LEAST_GAIN_CM: f64 = 1e-6;
 /// A plant on its way, with the fitness so far.
 #[derive(Clone)]
 struct Growing<'t> {
-    task: &'t TaskSpec,
+    task: &'t Task,
     plant: Specimen,
-    first: Observation,
-    seen: Observation,
+    past: Past,
     step: u32,
     fitness: f64,
     is_over: bool,
@@ -46,10 +45,10 @@ fn observe(plant: &mut Specimen) -> Observation {
 }
 
 impl<'t> Growing<'t> {
-    fn begin(mut plant: Specimen, task: &'t TaskSpec) -> Self {
+    fn begin(mut plant: Specimen, task: &'t Task) -> Self {
         let seen = observe(&mut plant);
         let is_over = task.is_over(0, &seen);
-        Self { task, plant, first: seen.clone(), seen, step: 0, fitness: 0.0, is_over }
+        Self { task, plant, past: Past::new(seen), step: 0, fitness: 0.0, is_over }
     }
 
     /// Grows for `steps` steps under `light`, or until the task is over.
@@ -60,10 +59,10 @@ impl<'t> Growing<'t> {
             }
             let Ok(()) = self.plant.step(light);
             let seen = observe(&mut self.plant);
-            self.fitness += self.task.step_fitness(&self.first, &self.seen, &seen);
+            self.fitness += self.task.step_fitness(&self.past, &seen);
             self.step += 1;
             self.is_over = self.task.is_over(self.step, &seen);
-            self.seen = seen;
+            self.past.push(seen);
         }
     }
 }
@@ -92,7 +91,7 @@ impl Controller for Schedule {
 }
 
 /// The best schedule that the search finds on `plant`; `None` after `may_go_on` said no.
-pub(super) fn search(plant: &Specimen, task: &TaskSpec, may_go_on: &dyn Fn() -> bool) -> Option<Schedule> {
+pub(super) fn search(plant: &Specimen, task: &Task, may_go_on: &dyn Fn() -> bool) -> Option<Schedule> {
     let block_steps = ((BLOCK_MIN / plant.period_min()).round() as u32).max(1);
     let search = Search { lights: plant.layout().lights().collect(), block_steps, may_go_on };
     let start = Growing::begin(plant.clone(), task);
@@ -113,7 +112,7 @@ pub(super) fn search(plant: &Specimen, task: &TaskSpec, may_go_on: &dyn Fn() -> 
 /// lie apart: the others are near copies of them.
 fn keep_fittest(plants: &mut Vec<(Growing<'_>, Vec<Light>)>) {
     // A stable sort: of equals the first stays, whatever the machine.
-    let key = |(growing, _): &(Growing<'_>, Vec<Light>)| (growing.fitness, growing.seen.tip.x);
+    let key = |(growing, _): &(Growing<'_>, Vec<Light>)| (growing.fitness, growing.past.latest.tip.x);
     plants.sort_by(|one, other| {
         let ((fitness, x), (other_fitness, other_x)) = (key(one), key(other));
         other_fitness.total_cmp(&fitness).then(x.total_cmp(&other_x))
@@ -164,7 +163,7 @@ impl Search<'_> {
         let mut rule = Greedy::new(start.task, start.plant.layout());
         let (mut growing, mut schedule) = (start.clone(), Vec::new());
         while !growing.is_over {
-            let light = rule.decide(&growing.seen);
+            let light = rule.decide(&growing.past.latest);
             growing.advance(light, self.block_steps);
             schedule.push(light);
         }
@@ -228,13 +227,13 @@ impl Search<'_> {
 mod tests {
     use tropism::control::Periodic;
     use tropism::environment::unwatched;
-    use tropism::task::Targets;
+    use tropism::task::Task;
     use tropism_bean::{Species, Trial};
 
     use super::*;
 
-    fn task() -> TaskSpec {
-        Targets { max_steps: 96, ..Targets::default() }.into()
+    fn task() -> Task {
+        Task { max_steps: 96, ..Task::default() }
     }
 
     #[test]
@@ -271,14 +270,14 @@ mod tests {
         let start = Growing::begin(Trial::new(&species).specimen(5), &task);
         let plant = |fitness: f64, x: f64| {
             let mut growing = Growing { fitness, ..start.clone() };
-            growing.seen.tip.x = x;
+            growing.past.latest.tip.x = x;
             (growing, Vec::new())
         };
         let mut plants: Vec<_> = (0..40).map(|x| plant(0.0, f64::from(x))).collect();
         plants.push(plant(-1.0, 80.0));
         plants.push(plant(1.0, 90.0));
         keep_fittest(&mut plants);
-        let mut tips: Vec<f64> = plants.iter().map(|(growing, _)| growing.seen.tip.x).collect();
+        let mut tips: Vec<f64> = plants.iter().map(|(growing, _)| growing.past.latest.tip.x).collect();
         assert_eq!((tips.len(), tips[0]), (BEAM, 90.0));
         tips[1..].sort_by(f64::total_cmp);
         assert_eq!((tips[1], tips[BEAM - 1]), (0.0, 39.0));

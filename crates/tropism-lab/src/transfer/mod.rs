@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use tropism::environment::unwatched;
 use tropism::parallel;
 use tropism::random::{self, Purpose};
-use tropism::task::{RandomTargets, Task, TaskSpec};
+use tropism::task::Task;
 use tropism::track::{PAPER_PERIOD_MIN, Track};
 use tropism_bean::tent::Greenhouse;
 
@@ -37,10 +37,9 @@ pub use self::status::{SteeredPlants, TransferStatus};
 use crate::controller::ControllerSpec;
 use crate::lock::{FolderLock, lock};
 use crate::model::{self, Model};
-use crate::reach::note_out_of_reach;
 use crate::sequences;
 pub use crate::statistics::PairedDifference;
-use crate::task::check_goal;
+use crate::task::{check_goal, note_out_of_reach};
 use crate::workflow::{check_same, other_settings};
 use crate::{Error, Monitor, Workflow, files};
 
@@ -65,7 +64,7 @@ pub struct TransferPlan {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plant_seeds: Option<Range<u64>>,
     /// Task of the controllers; it has targets.
-    pub task: TaskSpec,
+    pub task: Task,
     /// Whether each plant has a random sequence of targets of its own, as many as `task` has and as high at most
     /// (`docs/transfer.md` states the rule).
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -102,7 +101,7 @@ impl Default for TransferPlan {
             ],
             plants: JUDGING_PLANTS,
             plant_seeds: None,
-            task: TaskSpec::default(),
+            task: Task::default(),
             random_targets: false,
             greenhouse: Greenhouse::default(),
             period_min: PAPER_PERIOD_MIN,
@@ -126,7 +125,7 @@ struct TransferRecord<'p> {
     period_min: f64,
     photographs: bool,
     plant_seeds: Vec<u64>,
-    task: &'p TaskSpec,
+    task: &'p Task,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     random_targets: bool,
     greenhouse: Greenhouse,
@@ -174,8 +173,8 @@ impl Workflow for TransferPlan {
 
     /// Random targets are drawn for each plant: those straight up stand for them in the plan.
     fn prepare(&mut self) -> Result<(), Error> {
-        if let TaskSpec::RandomTargets(task) = &self.task {
-            self.task = task.straight_up().into();
+        if self.task.is_to_draw() {
+            self.task = self.task.straight_up();
             self.random_targets = true;
         }
         Ok(())
@@ -209,8 +208,7 @@ impl TransferPlan {
     /// Whether the task is such as the paper's: the shares of plants with a fitness under 9 and 6 cm mean nothing for others.
     #[must_use]
     pub fn has_low_shares(&self) -> bool {
-        let is_drawn = self.random_targets || matches!(self.task, TaskSpec::RandomTargets(_));
-        is_drawn || self.task.as_targets().is_some()
+        self.task.to_draw().is_some()
     }
 
     /// The seeds of the plants, in order. They fit into TOML, so that `run` with such a seed grows the same plant.
@@ -285,15 +283,15 @@ impl TransferPlan {
     }
 
     /// The task of each plant, in order.
-    pub(super) fn tasks(&self, monitor: &dyn Monitor) -> Result<Vec<TaskSpec>, Error> {
+    pub(super) fn tasks(&self, monitor: &dyn Monitor) -> Result<Vec<Task>, Error> {
         let plants = self.seeds().len();
-        let to_draw = self.task.as_targets().filter(|_| self.random_targets).and_then(RandomTargets::like);
+        let to_draw = self.task.to_draw().filter(|_| self.random_targets);
         let Some(task) = to_draw else { return Ok(vec![self.task.clone(); plants]) };
         parallel::try_map(plants, |index| {
             if !monitor.may_go_on() {
                 return Err(self.interrupted());
             }
-            sequences::sequence(&task, &self.trial(), self.seed, index as u64).map(TaskSpec::from)
+            sequences::sequence(&task, &self.trial(), self.seed, index as u64)
         })
     }
 
@@ -307,7 +305,7 @@ impl TransferPlan {
             .collect();
         monitor.stage("steering unseen beans", units.len() as u64);
         let Greenhouse { bean, scale, .. } = &self.greenhouse;
-        let steps = self.task.max_steps();
+        let steps = self.task.max_steps;
         let reference = Reference::of(bean, *scale, steps, self.period_min, &|| monitor.may_go_on());
         let reference = reference.ok_or_else(|| self.interrupted())?;
         let judge = Judge { reference: &reference, model };
@@ -346,7 +344,7 @@ impl TransferPlan {
         controller: usize,
         plant: usize,
         seed: u64,
-        task: &TaskSpec,
+        task: &Task,
         monitor: &dyn Monitor,
     ) -> Result<Option<Track>, Error> {
         let path = self.track_path(controller, plant);
@@ -367,7 +365,7 @@ impl TransferPlan {
         &self,
         plant: usize,
         seed: u64,
-        task: &TaskSpec,
+        task: &Task,
         monitor: &dyn Monitor,
     ) -> Result<Option<Ceiling>, Error> {
         let path = self.ceiling_path(plant);

@@ -1,6 +1,5 @@
 //! The report of a comparison of controllers.
 
-use tropism::task::Task;
 use tropism::text::plural;
 use tropism_report::{
     self as report, ControllerScores, Figure, Goals, Page, Plants, SteeredPlant, Surroundings, Table,
@@ -9,7 +8,7 @@ use tropism_report::{
 use super::TransferPlan;
 use super::causes::Cause;
 use super::results::{ControllerResults, Scores, TransferResults};
-use crate::{Error, files, task};
+use crate::{Error, files};
 
 /// Most pairs of controllers that the page shows; with more, it shows those with the best controller. Chosen: eight
 /// controllers make as many.
@@ -22,7 +21,7 @@ impl TransferPlan {
         let has_targets = results.controllers.iter().any(|controller| !controller.targets.is_empty());
         tables.extend(has_targets.then(|| arrival_table(results)));
         if !results.pairs.is_empty() {
-            tables.push(pair_table(results, task::unit(&self.task)));
+            tables.push(pair_table(results, self.task.score.unit()));
         }
         tables.extend(has_targets.then(|| cause_table(results)));
         let strips: Vec<ControllerScores> = (results.controllers.iter().enumerate())
@@ -35,7 +34,7 @@ impl TransferPlan {
         let mut figures = vec![
             report::score_strips(
                 &strips,
-                task::unit(&self.task),
+                self.task.score.unit(),
                 results.best_possible.unwrap_or(0.0),
                 Plants::Virtual,
             ),
@@ -72,7 +71,7 @@ impl TransferPlan {
         let most = |before: &str, after: &str| {
             results.best_possible.map_or_else(String::new, |best| format!("{before}at most {best:.2}{after}"))
         };
-        let fitness = if self.task.as_targets().is_some() {
+        let fitness = if self.has_low_shares() {
             format!(
                 "Fitness is that of eq. (9){}.\n\nFitness is not arrival: swings on the way cost fitness, and a plant may score \
                  well and pass a target far away.",
@@ -82,11 +81,11 @@ impl TransferPlan {
             let most = most(": ", "");
             format!(
                 "Fitness is that of the task, {}, in {}{most}.",
-                task::in_words(&self.task),
-                task::unit(&self.task)
+                self.task.title(),
+                self.task.score.unit()
             )
         };
-        let arrival = if self.task.targets().is_empty() {
+        let arrival = if self.task.targets.is_empty() {
             ""
         } else {
             " The second table has the distance of the tip from each target at its height."
@@ -141,12 +140,12 @@ impl TransferPlan {
         let mut caption = format!(
             "Virtual plants. Fitness in {} over {};{} the fitness that the model predicted, and the share of it that was \
              kept. Intervals by bootstrap over the plants.",
-            task::unit(&self.task),
+            self.task.score.unit(),
             plural(results.plants, "plant"),
             if has_low_shares { " shares of plants under 9 and 6;" } else { "" }
         );
         if has_done {
-            caption += match self.task.pole() {
+            caption += match self.task.pole {
                 Some(_) => {
                     " Whole task: plants with all turns that the task wants, with the interval by Wilson."
                 }
@@ -163,7 +162,7 @@ impl TransferPlan {
             caption += &format!(
                 " A search over schedules of each very plant, with all its noise known, reached {ceiling:.2} {} on average: a \
                  lower bound of what is possible.",
-                task::unit(&self.task)
+                self.task.score.unit()
             );
             if let Some(done) = results.ceiling_done {
                 caption += &format!(" It did the whole task on {} of the plants.", percent(Some(done.share)));
@@ -184,7 +183,7 @@ impl TransferPlan {
             let order = from_best_to_worst(&fitness);
             let plant = order[order.len() / 2];
             let track = self.read_track(&self.track_path(number, plant))?;
-            let (name, unit) = (&self.controllers[number].name, task::unit(&self.task));
+            let (name, unit) = (&self.controllers[number].name, self.task.score.unit());
             let title = format!("Median plant of {name}: plant {}, {:.2} {unit}", plant + 1, fitness[plant]);
             let around = Surroundings::of(&scores.tasks[plant]);
             Ok(report::in_space("space", &title, &track, &around, Plants::Virtual))
@@ -205,7 +204,7 @@ impl TransferPlan {
                         "{word}: plant {}, {:.2} {}",
                         plant + 1,
                         fitness[plant],
-                        task::unit(&self.task)
+                        self.task.score.unit()
                     ),
                     track: self.read_track(&self.track_path(number, plant))?,
                     goals: Goals::of(&scores.tasks[plant]),

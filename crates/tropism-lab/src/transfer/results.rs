@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use tropism::geometry::Point;
 use tropism::math::statistics::{mean, quantile_linear, standard_deviation, wilson_interval};
 use tropism::observation::Quality;
-use tropism::task::{Crossing, Task, TaskSpec};
+use tropism::task::{Crossing, Task};
 use tropism::text::csv_cell;
 use tropism::track::Track;
 
@@ -212,7 +212,7 @@ pub(super) struct Judge<'j> {
 
 impl Judge<'_> {
     /// Judges the track of a plant that responds as `response`.
-    pub(super) fn judge(&self, track: &Track, task: &TaskSpec, response: &Response) -> PlantResult {
+    pub(super) fn judge(&self, track: &Track, task: &Task, response: &Response) -> PlantResult {
         let last = track.samples.last();
         let steps = last.map_or(0, |sample| sample.step);
         let mut from = 0;
@@ -238,8 +238,8 @@ impl Judge<'_> {
 }
 
 /// Turns of the true stem, and whether they are all that the task wants; `None` of a track without the truth.
-fn true_turns(track: &Track, task: &TaskSpec) -> Option<(f64, Option<bool>)> {
-    let TaskSpec::Spiral(task) = task else { return None };
+fn true_turns(track: &Track, task: &Task) -> Option<(f64, Option<bool>)> {
+    task.pole?;
     let turns = track.numbers(TURNS_COLUMN)?;
     let known: Vec<f64> = turns.into_iter().filter(|turns| turns.is_finite()).map(f64::abs).collect();
     let (first, last) = (known.first()?, known.last()?);
@@ -248,7 +248,7 @@ fn true_turns(track: &Track, task: &TaskSpec) -> Option<(f64, Option<bool>)> {
 
 /// All plants under all controllers: one list a controller, one result a plant; and the task and the ceiling of each plant.
 pub(super) struct Scores {
-    pub(super) tasks: Vec<TaskSpec>,
+    pub(super) tasks: Vec<Task>,
     pub(super) plants: Vec<Vec<PlantResult>>,
     pub(super) ceilings: Option<Vec<Ceiling>>,
 }
@@ -347,7 +347,7 @@ impl Scores {
     }
 
     fn targets(&self, plan: &TransferPlan, number: usize) -> Vec<TargetResults> {
-        let points = plan.task.targets();
+        let points = &plan.task.targets;
         let of_target = |place: usize| {
             let target = points.get(place).copied().filter(|_| !plan.random_targets);
             let crossings: Vec<Option<Crossing>> =
@@ -406,7 +406,7 @@ impl Scores {
                     plant.is_done.map_or_else(String::new, |is_done| is_done.to_string()),
                     or_empty(plant.by_photographs.map(|(turns, _)| turns)),
                 ];
-                let places = self.tasks[number].targets();
+                let places = &self.tasks[number].targets;
                 let targets = plant.targets.iter().enumerate().flat_map(|(number, &(crossing, cause))| {
                     let (is_missed, place) = (is_missed(crossing), places.get(number));
                     [

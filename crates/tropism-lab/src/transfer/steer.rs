@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 use tropism::environment;
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism::vision::VisionConfig;
 use tropism_bean::Trial;
@@ -46,7 +46,7 @@ impl TransferPlan {
         &self,
         controller: &ControllerSpec,
         seed: u64,
-        task: &TaskSpec,
+        task: &Task,
         path: &Path,
         monitor: &dyn Monitor,
     ) -> Result<Option<Track>, Error> {
@@ -103,7 +103,7 @@ impl TransferPlan {
 
 /// `track` with the true highest points of `truth`, one [`GroundTruth`] a line, in further columns; and with the turns of the
 /// true stem where `task` counts them.
-fn with_truth(mut track: Track, truth: &[u8], task: &TaskSpec) -> Result<Track, serde_json::Error> {
+fn with_truth(mut track: Track, truth: &[u8], task: &Task) -> Result<Track, serde_json::Error> {
     let lines: Vec<GroundTruth> =
         serde_json::Deserializer::from_slice(truth).into_iter().collect::<Result<_, _>>()?;
     let find = |sample: &Sample| lines.iter().find(|line| line.step == u64::from(sample.step));
@@ -113,9 +113,9 @@ fn with_truth(mut track: Track, truth: &[u8], task: &TaskSpec) -> Result<Track, 
     for (axis, name) in TOP_COLUMNS.into_iter().enumerate() {
         track.add_numbers(name, DECIMALS, tops.iter().map(|top| top[axis]));
     }
-    if let TaskSpec::Spiral(task) = task {
+    if let Some(pole) = task.pole {
         let turns = |truth: &Option<&GroundTruth>| {
-            truth.map_or(f64::NAN, |truth| task.turns_of(&truth.stem_in_space))
+            truth.map_or(f64::NAN, |truth| pole.turns_of(&truth.stem_in_space))
         };
         track.add_numbers(TURNS_COLUMN, DECIMALS, truths.iter().map(turns).collect::<Vec<f64>>());
     }

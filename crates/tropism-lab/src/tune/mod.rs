@@ -15,7 +15,7 @@ use tropism::environment;
 use tropism::evolve::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial, Trial, TunedRule};
 use tropism::parallel;
 use tropism::random::{self, Purpose};
-use tropism::task::{Task, TaskSpec};
+use tropism::task::Task;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::Species;
 use tropism_bean::tent::Greenhouse;
@@ -23,9 +23,8 @@ use tropism_bean::tent::Greenhouse;
 use self::saved::SavedSearch;
 pub use self::status::TuneStatus;
 pub(crate) use self::status::status;
-use crate::reach::note_out_of_reach;
 use crate::stopwatch::Stopwatch;
-use crate::task::check_goal;
+use crate::task::{check_goal, note_out_of_reach};
 use crate::{Error, Monitor, Workflow, files, model, sequences};
 
 /// Plants that grow side by side in a thread: some milliseconds of work.
@@ -44,7 +43,7 @@ pub struct TunePlan {
     /// Time from one step of virtual beans to the next, in min. A model has its own.
     pub period_min: f64,
     /// Task of the rule.
-    pub task: TaskSpec,
+    pub task: Task,
     /// Generations, rules a generation, and plants a rule.
     pub search: RuleSearch,
     /// Seed of all random numbers.
@@ -63,7 +62,7 @@ impl Default for TunePlan {
             model: "model.json".into(),
             beans: None,
             period_min: PAPER_PERIOD_MIN,
-            task: TaskSpec::default(),
+            task: Task::default(),
             search: RuleSearch::default(),
             seed: 1,
             out: "rule.json".into(),
@@ -122,8 +121,6 @@ impl Workflow for TunePlan {
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<TuneResults, Error> {
-        let species = self.beans.as_ref().map_or_else(Species::default, |beans| beans.bean.clone());
-        note_out_of_reach(&self.task, &species, monitor);
         let stopwatch = Stopwatch::start();
         monitor.stage("tune", self.search.generations.into());
         let (tuned, found, withheld) = match &self.beans {
@@ -191,13 +188,14 @@ impl TunePlan {
         if let Some(task) = self.task.in_front().filter(|_| is_in_plane()) {
             monitor
                 .note("the model is one of the plane: the rule is tuned for the targets without their depth");
-            let plan = Self { task: task.into(), ..self.clone() };
+            let plan = Self { task, ..self.clone() };
             let (tuned, found, _) = plan.tune_on_model(monitor)?;
             let withheld = "the model knows nothing of the depth of the targets".to_owned();
             let tuned = TunedRule { task: Some(self.task.clone()), expected: None, ..tuned };
             return Ok((tuned, found, Some(withheld)));
         }
         let model = model::read_for(&self.model, &self.task, monitor)?;
+        note_out_of_reach(&self.task, &Species::default(), monitor);
         let json = model.to_json();
         let scores = RuleSearch::scores_on(&model, &self.task, self.seed);
         let found = self.search(scores, Some(files::sha256(json.as_bytes())), monitor)?;
@@ -214,6 +212,7 @@ impl TunePlan {
 
     /// Searches on virtual beans, which grow side by side in all threads.
     fn tune_on_beans(&self, greenhouse: &Greenhouse, monitor: &dyn Monitor) -> Result<Tuned, Error> {
+        note_out_of_reach(&self.task, &greenhouse.bean, monitor);
         let tent = greenhouse.clone().among(&self.task.solids());
         let trial = tent.trial(self.period_min);
         let layout = &greenhouse.layout;

@@ -3,13 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use tropism::task::TaskSpec;
+use tropism::task::Task;
 
 use super::saved;
 use crate::Error;
 use crate::controller::ControllerSpec;
 use crate::files::{self, FileError};
-use crate::task::unit;
 
 /// What a search for a rule does now.
 #[derive(Clone, Debug, Serialize)]
@@ -36,12 +35,12 @@ pub struct TuneStatus {
 /// [`Error`] if the search cannot be read, or the file is no rule.
 pub(crate) fn status(out: &Path) -> Result<Option<TuneStatus>, Error> {
     let path = saved::path(out);
-    let over = |is_over, task: Option<&TaskSpec>| TuneStatus {
+    let over = |is_over, task: Option<&Task>| TuneStatus {
         rule: out.to_owned(),
         is_over,
         generation: None,
         generations: None,
-        unit: task.map_or("cm", unit),
+        unit: task.map_or("cm", |task| task.score.unit()),
         best_fitness: None,
         saved_ago_s: None,
     };

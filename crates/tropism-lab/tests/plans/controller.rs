@@ -7,8 +7,7 @@ use tropism::geometry::Point;
 use tropism::lamps::Lamp;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
-use tropism::task::TaskSpec;
-use tropism::task::{Targets, Task};
+use tropism::task::Task;
 use tropism_lab::controller::ControllerSpec;
 
 #[test]
@@ -16,8 +15,8 @@ fn six_hours_are_72_steps_of_five_minutes() {
     let spec = ControllerSpec::default();
     assert_eq!(spec.description(), "periodic, every 6 h");
     assert_eq!(ControllerSpec::periodic(90.0).description(), "periodic, every 90 min");
-    let mut controller = spec.build(&TaskSpec::default(), &Layout::default(), 5.0);
-    let seen = Observation::simulated(TaskSpec::default().start());
+    let mut controller = spec.build(&Task::default(), &Layout::default(), 5.0);
+    let seen = Observation::simulated(Task::default().start);
     let lights: Vec<Light> = (0..144).map(|_| controller.decide(&seen)).collect();
     assert!(lights[..72].iter().all(|&light| light == Light::LEFT));
     assert!(lights[72..].iter().all(|&light| light == Light::RIGHT));
@@ -25,11 +24,11 @@ fn six_hours_are_72_steps_of_five_minutes() {
 
 #[test]
 fn six_hours_are_six_hours_at_any_interval() {
-    let seen = Observation::simulated(TaskSpec::default().start());
+    let seen = Observation::simulated(Task::default().start);
     for period_min in [1.0 / 6.0, 1.0, 2.0, 5.0, 7.0, 8.0, 10.0, 15.0, 30.0, 360.0] {
         let spec = ControllerSpec::default();
         spec.check(&Layout::default(), period_min).unwrap();
-        let mut controller = spec.build(&TaskSpec::default(), &Layout::default(), period_min);
+        let mut controller = spec.build(&Task::default(), &Layout::default(), period_min);
         let steps = (3000.0 / period_min) as usize;
         let lights: Vec<Light> = (0..steps).map(|_| controller.decide(&seen)).collect();
         let switches = (1..steps).filter(|&step| lights[step] != lights[step - 1]);
@@ -71,7 +70,7 @@ fn rule() -> ControllerSpec {
         rule: PredictiveRule { overshoot: 0.45, ..PredictiveRule::default() },
         layout: Layout::default(),
         period_min: 5.0,
-        task: Some(Targets { max_steps: 500, ..Targets::default() }.into()),
+        task: Some(Task { max_steps: 500, ..Task::default() }),
         model_sha256: Some("00".to_owned()),
         is_virtual: true,
         expected: Some(Trial { mean: 9.0, sd: 2.0, plants: 1000 }),
@@ -82,7 +81,7 @@ fn rule() -> ControllerSpec {
 #[test]
 fn a_rule_brings_its_task_and_is_for_its_lamps_and_period() {
     let spec = rule();
-    assert_eq!(spec.default_task(), Targets { max_steps: 500, ..Targets::default() }.into());
+    assert_eq!(spec.default_task(), Task { max_steps: 500, ..Task::default() });
     assert!(spec.check(&Layout::default(), 5.0).is_ok());
     // Its lamps stand in this layout, too.
     assert!(spec.check(&Layout::four_sides(), 5.0).is_ok());
@@ -97,7 +96,7 @@ fn a_rule_brings_its_task_and_is_for_its_lamps_and_period() {
         assert!(error.contains("found a rule for 2 lamps and steps of 5 minutes"), "{error}");
     }
     // Beyond the target at 3 cm, towards which the greedy rule would light the left lamp.
-    let mut controller = spec.build(&TaskSpec::default(), &Layout::default(), 5.0);
+    let mut controller = spec.build(&Task::default(), &Layout::default(), 5.0);
     assert_eq!(controller.decide(&Observation::simulated(Point::new(4.0, 5.0))), Light::RIGHT);
 }
 

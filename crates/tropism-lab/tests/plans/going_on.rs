@@ -13,7 +13,7 @@ fn run(folder: &Path) -> (RunConfig, Vec<StepRecord>, PathBuf) {
     let out = folder.join("run");
     let mut config = RunConfig::default();
     config.controller = ControllerSpec::periodic(25.0);
-    config.task = config.task.with_max_steps(24);
+    config.task.max_steps = 24;
     RunPlan { out: out.clone(), config: config.clone(), ..RunPlan::default() }.execute(&Silent).unwrap();
     let model = folder.join("model.json");
     let plan = FitPlan { tracks: vec![out.clone()], out: model.clone(), anyway: true, ..FitPlan::default() };

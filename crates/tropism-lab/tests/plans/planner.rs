@@ -7,7 +7,7 @@ use tropism::geometry::Point;
 use tropism::lamps::Layout;
 use tropism::observation::Observation;
 use tropism::plant::stem::StemModel;
-use tropism::task::{OpenLoop, Task, TaskSpec};
+use tropism::task::Task;
 use tropism_bean::{Species, Trial};
 use tropism_lab::{ControllerSpec, files};
 
@@ -15,8 +15,8 @@ use tropism_lab::{ControllerSpec, files};
 fn folder_of_model() -> (tempfile::TempDir, StemModel) {
     let species = Species::default();
     let trial = Trial::new(&species);
-    let task = OpenLoop { steps: 300, ..OpenLoop::default() };
-    let mut controller = ControllerSpec::periodic(90.0).build(&task.clone().into(), &trial.layout, 5.0);
+    let task = Task::open_loop(300);
+    let mut controller = ControllerSpec::periodic(90.0).build(&task, &trial.layout, 5.0);
     let tracks = [trial.grow(1, &mut controller, &task, &mut unwatched)];
     let model = StemModel::fit(&tracks).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -31,7 +31,7 @@ fn a_planner_comes_back_with_its_model_and_decides_as_before() {
     assert_eq!((spec.description(), spec.own_period_min()), ("planner".to_owned(), Some(5.0)));
     let again: ControllerSpec = toml::from_str(&toml::to_string(&spec).unwrap()).unwrap();
     assert_eq!(again, spec);
-    let task = TaskSpec::default();
+    let task = Task::default();
     let decided = |spec: &ControllerSpec| {
         let mut controller = spec.build(&task, &Layout::default(), 5.0);
         let tips = (0..5).map(|step| Point::new(0.1 * f64::from(step), 5.0 + 0.03 * f64::from(step)));

@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use tropism::geometry::{Pixel, Point};
 use tropism::lamps::Layout;
 use tropism::obstacle::{Obstacle, Pole, Solid};
-use tropism::task::{Obstacles, OpenLoop, RandomTargets, Shape, Space, Spiral, Targets, TaskSpec};
+use tropism::task::Task;
 use tropism::vision::camera::calibration::Calibration;
 use tropism::vision::{Mode, VisionConfig};
 use tropism_bean::fault::Faults;
@@ -28,30 +28,30 @@ fn comes_back<T: Serialize + DeserializeOwned + PartialEq + Debug>(value: &T) ->
 
 #[test]
 fn every_kind_of_task_comes_back() {
-    let endless = Targets { end_height_cm: f64::INFINITY, ..Targets::default() };
-    let round = Obstacles { way_points: vec![Point::new(3.0, 10.0)], ..Obstacles::default() };
-    let short = OpenLoop { steps: 7, ..OpenLoop::default() };
-    let bow = Shape { radius_cm: Some(7.0), ..Shape::default() };
-    let drawn = RandomTargets { count: 5, highest_cm: 12.0, ..RandomTargets::default() };
-    let in_space = [Space::default().into(), Spiral::default().into(), bow.into(), drawn.into()];
-    let in_plane = [TaskSpec::default(), endless.into(), round.into(), short.into()];
+    let endless = Task { end_height_cm: f64::INFINITY, ..Task::default() };
+    let round = Task { way_points: vec![Point::new(3.0, 10.0)], ..Task::obstacles() };
+    let short = Task::open_loop(7);
+    let bow = Task { radius_cm: Some(7.0), ..Task::shape() };
+    let drawn = Task { count: 5, highest_cm: 12.0, ..Task::random_targets() };
+    let in_space = [Task::space(), Task::spiral(), bow, drawn];
+    let in_plane = [Task::default(), endless, round, short];
     for spec in in_plane.into_iter().chain(in_space) {
         comes_back(&spec);
         let text = serde_json::to_string(&spec).unwrap();
-        assert_eq!(serde_json::from_str::<TaskSpec>(&text).unwrap(), spec, "{text}");
+        assert_eq!(serde_json::from_str::<Task>(&text).unwrap(), spec, "{text}");
         spec.check().unwrap();
     }
 }
 
 #[test]
 fn keys_of_another_kind_of_task_are_refused_by_name() {
-    let other = error::<TaskSpec>("kind = \"open_loop\"\ntargets = [[1, 6]]");
-    assert!(other.contains("found targets"), "{other}");
-    let reach = error::<TaskSpec>("reach_cm = 1.0");
+    let other = error::<Task>("kind = \"open_loop\"\ntargets = [[1, 6]]");
+    assert!(other.contains("line 2") && other.contains("found targets"), "{other}");
+    let reach = error::<Task>("reach_cm = 1.0");
     assert!(reach.contains("reach_cm") && reach.contains("obstacles"), "{reach}");
-    let in_space = error::<TaskSpec>("targets = [[1, 6], [2, 7, 8]]");
-    assert!(in_space.contains("targets[1]") && in_space.contains("2 coordinates"), "{in_space}");
-    let unknown = error::<TaskSpec>("goals = []");
+    let in_space = error::<Task>("targets = [[1, 6], [2, 7, 8]]");
+    assert!(in_space.contains("line 1") && in_space.contains("length 3"), "{in_space}");
+    let unknown = error::<Task>("goals = []");
     assert!(unknown.contains("goals") && unknown.contains("line 1"), "{unknown}");
 }
 

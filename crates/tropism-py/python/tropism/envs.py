@@ -83,7 +83,11 @@ DISC: Settings = {
     "way_points": [[-3.0, 10.0]],
 }
 #: The task of tropism/Space-v0: that of tasks/space.toml.
-SPACE: Settings = {"kind": "space", "targets": [[2.0, 6.5, 1.5], [-2.0, 10.0, 2.0], [1.0, 13.5, -1.5]]}
+SPACE: Settings = {
+    "kind": "space",
+    "targets": [[2.0, 6.5], [-2.0, 10.0], [1.0, 13.5]],
+    "depths_cm": [1.5, 2.0, -1.5],
+}
 
 #: Bounds of places, in cm: an experiment of 1000 steps ends below 40 cm.
 FARTHEST_CM = 100.0

@@ -35,11 +35,11 @@ pub(super) const BESIDE_POLE_CM: f64 = 0.3;
 impl Greedy {
     /// Steers along the way of `task` with the lamps of `layout`.
     #[must_use]
-    pub fn new(task: &(impl Task + ?Sized), layout: &Layout) -> Self {
-        let in_space = |way| Self { way, pole: task.pole(), steering: Steering::in_space(layout) };
+    pub fn new(task: &Task, layout: &Layout) -> Self {
+        let in_space = |way| Self { way, pole: task.pole, steering: Steering::in_space(layout) };
         match task.way_in_space() {
             Some(way) => in_space(way),
-            None if task.pole().is_some() => in_space(Vec::new()),
+            None if task.pole.is_some() => in_space(Vec::new()),
             None => Self::towards(task.way(), layout),
         }
     }
@@ -78,12 +78,10 @@ impl Controller for Greedy {
 mod tests {
     use super::*;
     use crate::observation::Depth;
-    use crate::task::{Space, Spiral, Targets};
 
     #[test]
     fn lights_the_side_of_the_next_target() {
-        let task =
-            Targets { targets: vec![Point::new(3.0, 6.0), Point::new(-5.0, 9.0)], ..Targets::default() };
+        let task = Task { targets: vec![Point::new(3.0, 6.0), Point::new(-5.0, 9.0)], ..Task::default() };
         let mut greedy = Greedy::new(&task, &Layout::default());
         let mut decide = |x, y| greedy.decide(&Observation::simulated(Point::new(x, y)));
         assert_eq!(decide(0.0, 4.0), Light::RIGHT);
@@ -94,7 +92,7 @@ mod tests {
 
     #[test]
     fn round_a_pole_it_lights_the_lamp_ahead() {
-        let task = Spiral::default();
+        let task = Task::spiral();
         let mut greedy = Greedy::new(&task, &Layout::four_sides());
         let mut decide = |x, z| {
             let depth = Some(Depth { tip_cm: z, stem_cm: Vec::new() });
@@ -107,7 +105,8 @@ mod tests {
 
     #[test]
     fn in_space_it_lights_the_lamp_in_the_direction_of_the_target() {
-        let task = Space { targets: vec![[2.0, 8.0, 1.0], [0.0, 12.0, -3.0]], ..Space::default() };
+        let targets = vec![Point::new(2.0, 8.0), Point::new(0.0, 12.0)];
+        let task = Task { targets, depths_cm: vec![1.0, -3.0], ..Task::space() };
         let mut greedy = Greedy::new(&task, &Layout::four_sides());
         let mut decide = |x, y, z| {
             let depth = Some(Depth { tip_cm: z, stem_cm: Vec::new() });

@@ -64,12 +64,7 @@ impl NetworkController {
     ///
     /// # Errors
     /// [`ShapeError`] if the genome has not the inputs of `sensors` and the outputs of `layout`.
-    pub fn new(
-        genome: &Genome,
-        sensors: &Sensors,
-        task: &(impl Task + ?Sized),
-        layout: &Layout,
-    ) -> Result<Self, ShapeError> {
+    pub fn new(genome: &Genome, sensors: &Sensors, task: &Task, layout: &Layout) -> Result<Self, ShapeError> {
         ShapeError::check(genome, sensors, layout)?;
         Ok(Self {
             network: Network::new(genome),
@@ -83,7 +78,7 @@ impl NetworkController {
     /// # Errors
     /// [`ShapeError`] if the genome has not two inputs and one output.
     pub fn of_tip(genome: &Genome) -> Result<Self, ShapeError> {
-        Self::new(genome, &Sensors::default(), &crate::task::OpenLoop::default(), &Layout::wahby2016())
+        Self::new(genome, &Sensors::default(), &Task::open_loop(1000), &Layout::wahby2016())
     }
 }
 
@@ -121,7 +116,6 @@ mod tests {
     use super::*;
     use crate::control::Sensor;
     use crate::geometry::Point;
-    use crate::task::Targets;
     use tropism_neat::{Config, random_genome};
 
     #[test]
@@ -137,11 +131,11 @@ mod tests {
         let genome = random_genome(&Config::wahby2016(), 2, 1, 1, 0);
         let layout = Layout::four_sides();
         let error =
-            NetworkController::new(&genome, &Sensors::default(), &Targets::default(), &layout).unwrap_err();
+            NetworkController::new(&genome, &Sensors::default(), &Task::default(), &layout).unwrap_err();
         assert_eq!((error.wanted_inputs, error.wanted_outputs), (2, 4));
         let sensors = Sensors::new(vec![Sensor::Tip, Sensor::LastShift]).unwrap();
         let genome = random_genome(&Config::wahby2016(), 4, 4, 1, 0);
-        let mut controller = NetworkController::new(&genome, &sensors, &Targets::default(), &layout).unwrap();
+        let mut controller = NetworkController::new(&genome, &sensors, &Task::default(), &layout).unwrap();
         let light = controller.decide(&Observation::simulated(Point::new(1.0, 5.0)));
         assert!(layout.contains(light));
     }

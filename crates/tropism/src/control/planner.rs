@@ -21,7 +21,7 @@ use crate::observation::{Observation, Quality};
 use crate::parallel;
 use crate::plant::PlantModel;
 use crate::random::{NoiseStream, Purpose, derive};
-use crate::task::Task;
+use crate::task::{Past, Task};
 use crate::track::Sample;
 
 /// What a [`Planner`] tries, and how often.
@@ -100,39 +100,39 @@ enum Choice {
 /// use tropism::plant::tip::{TipModel, TipModelConfig};
 /// use tropism::prelude::*;
 /// # use tropism_bean::{Species, Trial};
-/// # use tropism::task::OpenLoop;
 /// # use tropism::environment::unwatched;
 /// # let species = Species::default();
 /// # let trial = Trial::new(&species);
-/// # let task = OpenLoop { steps: 300, ..OpenLoop::default() };
+/// # let task = Task::open_loop(300);
 /// # let mut in_turn = Periodic::new(36, &trial.layout);
 /// # let track = trial.grow(1, &mut in_turn, &task, &mut unwatched);
 /// let model = Arc::new(TipModel::fit(&[track], TipModelConfig::default()).unwrap());
 /// let config = PlannerConfig { plants: 4, ..PlannerConfig::default() };
-/// let mut planner = Planner::new(model, Targets::default(), config).unwrap();
+/// let mut planner = Planner::new(model, Task::default(), config).unwrap();
 /// let light = planner.decide(&Observation::simulated(Point::new(0.0, 4.0)));
 /// assert!(light == Light::LEFT || light == Light::RIGHT);
 /// ```
-pub struct Planner<M, T> {
+pub struct Planner<M> {
     model: Arc<M>,
-    task: T,
+    task: Task,
     config: PlannerConfig,
     /// The rules, each with the memory that it has of this plant.
     rules: Vec<PredictiveGreedy>,
     choices: Vec<Choice>,
-    /// What was observed, each with the lamp that was lit then.
-    past: Vec<Sample>,
+    /// What was observed, each with the lamp that was lit then; and what of it counts for the task.
+    samples: Vec<Sample>,
+    past: Option<Past>,
     step: u32,
     /// The choice in force, and the step at which it was made.
     chosen: Option<(usize, u32)>,
 }
 
-impl<M: PlantModel + Send, T: Task> Planner<M, T> {
+impl<M: PlantModel + Send> Planner<M> {
     /// Steers with the lamps of `model` and at its period.
     ///
     /// # Errors
     /// As [`PlannerConfig::check`].
-    pub fn new(model: Arc<M>, task: T, config: PlannerConfig) -> Result<Self, OutOfRange> {
+    pub fn new(model: Arc<M>, task: Task, config: PlannerConfig) -> Result<Self, OutOfRange> {
         config.check()?;
         let layout = model.layout();
         let rule = |offset: f64| {
@@ -146,7 +146,17 @@ impl<M: PlantModel + Send, T: Task> Planner<M, T> {
             layout.lights().map(move |light| Choice::Hold(light, steps))
         });
         let choices = (0..rules.len()).map(Choice::Rule).chain(holds).collect();
-        Ok(Self { rules, choices, model, task, config, past: Vec::new(), step: 0, chosen: None })
+        Ok(Self {
+            rules,
+            choices,
+            model,
+            task,
+            config,
+            samples: Vec::new(),
+            past: None,
+            step: 0,
+            chosen: None,
+        })
     }
 
     /// The choice that is better than the rule by most, of those that surely are; the rule if none is. `lights` are what the
@@ -156,7 +166,7 @@ impl<M: PlantModel + Send, T: Task> Planner<M, T> {
         // By how much each choice but the rule is better than the rule, plant by plant.
         let gains = parallel::map(self.config.plants as usize, |plant| {
             let noise = NoiseStream::new(seed, Purpose::Plan, [plant as u32, 0, 0]);
-            let mut plant = self.model.resumed(&self.past, &mut noise.of_seedling());
+            let mut plant = self.model.resumed(&self.samples, &mut noise.of_seedling());
             self.model.among(&mut plant, &self.task.solids());
             let worth = |choice| self.carry_out(choice, lights, plant.clone(), noise);
             let of_rule = worth(&self.choices[0]);
@@ -181,34 +191,37 @@ impl<M: PlantModel + Send, T: Task> Planner<M, T> {
             Choice::Hold(light, steps) => (0, light, steps),
         };
         let mut rule = self.rules[number].clone();
-        let first = self.past[0].observation();
-        let mut before = self.past[self.past.len() - 1].observation();
+        let mut past = self.past.clone().expect("an observation");
         let horizon = (self.config.horizon_min / self.model.period_min()).ceil() as u32;
         let mut worth = 0.0;
         for ahead in 0..horizon {
             let light = if ahead == 0 {
                 held
             } else {
-                let decided = rule.decide(&before);
+                let decided = rule.decide(&past.latest);
                 if ahead < steps { held } else { decided }
             };
             self.model.step(&mut plant, light, &mut noise.at(ahead));
             let after = self.model.observe(&plant);
-            worth += self.task.step_fitness(&first, &before, &after);
+            worth += self.task.step_fitness(&past, &after);
             if self.task.is_over(self.step + ahead + 1, &after) {
                 break;
             }
-            before = after;
+            past.push(after);
         }
         worth
     }
 }
 
-impl<M: PlantModel + Send, T: Task> Controller for Planner<M, T> {
+impl<M: PlantModel + Send> Controller for Planner<M> {
     fn decide(&mut self, seen: &Observation) -> Light {
         let period_min = self.model.period_min();
         let time_s = f64::from(self.step) * period_min * 60.0;
-        self.past.push(Sample::of(seen.clone(), self.step, time_s, None));
+        self.samples.push(Sample::of(seen.clone(), self.step, time_s, None));
+        match &mut self.past {
+            Some(past) => past.push(seen.clone()),
+            None => self.past = Some(Past::new(seen.clone())),
+        }
         let lights: Vec<Light> = self.rules.iter_mut().map(|rule| rule.decide(seen)).collect();
         let every = (self.config.replan_min / period_min).round().max(1.0) as u32;
         let is_due = self.chosen.is_none_or(|(_, at)| self.step >= at + every);
@@ -222,7 +235,7 @@ impl<M: PlantModel + Send, T: Task> Controller for Planner<M, T> {
             Choice::Hold(light, steps) if self.step < at + steps => light,
             Choice::Hold(..) => lights[0],
         };
-        self.past.last_mut().expect("a sample").light = Some(light);
+        self.samples.last_mut().expect("a sample").light = Some(light);
         self.step += 1;
         light
     }
@@ -239,6 +252,7 @@ mod tests {
     use crate::lamps::Layout;
     use crate::random::StepNoise;
     use crate::simulation::simulate;
+    use crate::task::Score;
 
     /// Goes 1 mm a step to the side that was lit five steps before, and grows 0.5 mm.
     struct Late(Layout);
@@ -282,25 +296,21 @@ mod tests {
     }
 
     /// Is worth the nearness to a line straight up, from a height on.
-    #[derive(Clone)]
+    #[derive(Debug)]
     struct OnLine;
 
-    impl Task for OnLine {
-        fn is_over(&self, _step: u32, seen: &Observation) -> bool {
-            seen.tip.y >= 8.0
-        }
-
-        fn step_fitness(&self, _first: &Observation, _before: &Observation, after: &Observation) -> f64 {
+    impl Score for OnLine {
+        fn step_fitness(&self, _task: &Task, _past: &Past, after: &Observation) -> f64 {
             if after.tip.y > 6.0 { -(after.tip.x - 1.0).abs() } else { 0.0 }
-        }
-
-        fn targets(&self) -> Vec<Point> {
-            vec![Point::new(1.0, 8.0)]
         }
     }
 
-    fn planner(config: PlannerConfig) -> Planner<Late, OnLine> {
-        Planner::new(Arc::new(Late(Layout::default())), OnLine, config).unwrap()
+    fn on_line() -> Task {
+        Task { targets: vec![Point::new(1.0, 8.0)], end_height_cm: 8.0, ..Task::new(OnLine) }
+    }
+
+    fn planner(config: PlannerConfig) -> Planner<Late> {
+        Planner::new(Arc::new(Late(Layout::default())), on_line(), config).unwrap()
     }
 
     fn config() -> PlannerConfig {
@@ -313,10 +323,10 @@ mod tests {
         let (model, layout) = (Late(Layout::default()), Layout::default());
         for seed in 0..5 {
             let of = |controller: &mut dyn Controller| {
-                OnLine.fitness(&simulate(&model, controller, &OnLine, seed))
+                on_line().fitness(&simulate(&model, controller, &on_line(), seed))
             };
             let planned = of(&mut planner(config()));
-            let ruled = of(&mut PredictiveGreedy::new(PredictiveRule::default(), &OnLine, &layout));
+            let ruled = of(&mut PredictiveGreedy::new(PredictiveRule::default(), &on_line(), &layout));
             // The rule swings by five steps of light to either side.
             assert!(planned > 0.6 * ruled, "{planned} is not much better than {ruled}");
         }
@@ -324,7 +334,7 @@ mod tests {
 
     #[test]
     fn the_same_is_planned_again() {
-        let track = || simulate(&Late(Layout::default()), &mut planner(config()), &OnLine, 3);
+        let track = || simulate(&Late(Layout::default()), &mut planner(config()), &on_line(), 3);
         assert_eq!(track(), track());
     }
 
@@ -332,8 +342,11 @@ mod tests {
     fn one_without_choices_is_its_rule() {
         let model = Late(Layout::default());
         let alone = PlannerConfig { holds_min: Vec::new(), offsets_cm: Vec::new(), ..config() };
-        let rule = &mut PredictiveGreedy::new(PredictiveRule::default(), &OnLine, &model.0);
-        assert_eq!(simulate(&model, &mut planner(alone), &OnLine, 1), simulate(&model, rule, &OnLine, 1));
+        let rule = &mut PredictiveGreedy::new(PredictiveRule::default(), &on_line(), &model.0);
+        assert_eq!(
+            simulate(&model, &mut planner(alone), &on_line(), 1),
+            simulate(&model, rule, &on_line(), 1)
+        );
     }
 
     #[test]
@@ -345,7 +358,7 @@ mod tests {
         seen.quality = Quality::Held;
         let chosen = controller.chosen;
         controller.decide(&seen);
-        assert_eq!((controller.past[1].step, controller.chosen), (5, chosen));
+        assert_eq!((controller.samples[1].step, controller.chosen), (5, chosen));
         seen.quality = Quality::Measured;
         controller.decide(&seen);
         assert_eq!(controller.chosen.map(|(_, at)| at), Some(6));

@@ -155,7 +155,7 @@ impl PredictiveRule {
 /// use tropism::control::{PredictiveGreedy, PredictiveRule};
 /// use tropism::prelude::*;
 /// let rule = PredictiveRule { shift_steps: 10.0, ..PredictiveRule::default() };
-/// let mut controller = PredictiveGreedy::new(rule, &Targets::default(), &Layout::default());
+/// let mut controller = PredictiveGreedy::new(rule, &Task::default(), &Layout::default());
 /// let mut decide = |x, y| controller.decide(&Observation::simulated(Point::new(x, y)));
 /// assert_eq!(decide(2.0, 5.0), Light::RIGHT); // the target is at x = 3
 /// assert_eq!(decide(2.2, 5.1), Light::LEFT); // ten more such shifts would pass it
@@ -210,8 +210,8 @@ impl PredictiveGreedy {
     /// Steers along the way of `task`: with the outermost lamps of `layout`, or for a task in space and round a pole with all of
     /// them and the same rule along x and z.
     #[must_use]
-    pub fn new(rule: PredictiveRule, task: &(impl Task + ?Sized), layout: &Layout) -> Self {
-        let targets = task.targets();
+    pub fn new(rule: PredictiveRule, task: &Task, layout: &Layout) -> Self {
+        let targets = &task.targets;
         let shift = |point: Point| match rule.avoidance {
             Some(avoidance) if !targets.contains(&point) => {
                 [point.x + avoidance.way_x_cm, point.y + avoidance.way_y_cm, 0.0]
@@ -220,14 +220,14 @@ impl PredictiveGreedy {
         };
         let (way, steering) = match task.way_in_space() {
             Some(way) => (way, Steering::in_space(layout)),
-            None if task.pole().is_some() => (Vec::new(), Steering::in_space(layout)),
+            None if task.pole.is_some() => (Vec::new(), Steering::in_space(layout)),
             None => (task.way().into_iter().map(shift).collect(), Steering::in_plane(layout)),
         };
         Self {
             rule,
             way,
-            obstacles: task.obstacles().to_vec(),
-            pole: task.pole(),
+            obstacles: task.obstacles.clone(),
+            pole: task.pole,
             steering,
             axes: [Axis::default(); 2],
             last_clearance: None,
@@ -308,10 +308,9 @@ mod tests {
     use crate::geometry::Polyline;
     use crate::math;
     use crate::observation::Depth;
-    use crate::task::{Obstacles, Spiral, Targets};
 
-    fn mirrored(task: &Targets) -> Targets {
-        Targets { targets: task.targets.iter().map(|target| target.mirrored()).collect(), ..task.clone() }
+    fn mirrored(task: &Task) -> Task {
+        Task { targets: task.targets.iter().map(|target| target.mirrored()).collect(), ..task.clone() }
     }
 
     fn decisions(controller: &mut impl Controller, tips: &[(f64, f64)]) -> Vec<Light> {
@@ -326,7 +325,7 @@ mod tests {
     #[test]
     fn near_an_obstacle_the_aim_moves_away() {
         // A disc of 1 cm at (0, 8); the target stands above it.
-        let task = Obstacles::default();
+        let task = Task::obstacles();
         let seen = |x: f64| {
             let stem = Polyline(vec![Point::new(0.0, 0.0), Point::new(x, 6.0), Point::new(x, 9.0)]);
             Observation { stem: Some(stem), ..Observation::simulated(Point::new(x, 9.0)) }
@@ -346,7 +345,7 @@ mod tests {
 
     #[test]
     fn each_number_does_what_its_name_says() {
-        let task = Targets::default();
+        let task = Task::default();
         let layout = Layout::default();
         let neutral = PredictiveRule::default();
         let lights = |rule, tips: &[(f64, f64)]| {
@@ -386,7 +385,7 @@ mod tests {
 
     #[test]
     fn round_a_pole_it_is_the_greedy_rule_with_foresight() {
-        let (task, layout) = (Spiral::default(), Layout::four_sides());
+        let (task, layout) = (Task::spiral(), Layout::four_sides());
         let decide = |rule: Option<PredictiveRule>, tips: &[[f64; 2]]| {
             let mut greedy = Greedy::new(&task, &layout);
             let mut predictive = rule.map(|rule| PredictiveGreedy::new(rule, &task, &layout));
@@ -416,7 +415,7 @@ mod tests {
     proptest! {
         #[test]
         fn the_neutral_rule_is_greedy(tips in tips(), look_ahead_cm in 0.2..5.0) {
-            let (task, layout) = (Targets::default(), Layout::default());
+            let (task, layout) = (Task::default(), Layout::default());
             let rule = PredictiveRule { look_ahead_cm, ..PredictiveRule::default() };
             let mut predictive = PredictiveGreedy::new(rule, &task, &layout);
             prop_assert_eq!(
@@ -440,7 +439,7 @@ mod tests {
                 persistence_cm: persistence,
                 avoidance: None,
             };
-            let (task, layout) = (Targets::default(), Layout::default());
+            let (task, layout) = (Task::default(), Layout::default());
             let images: Vec<(f64, f64)> = tips.iter().map(|&(x, y)| (-x, y)).collect();
             let plain = decisions(&mut PredictiveGreedy::new(rule, &task, &layout), &tips);
             let image = decisions(&mut PredictiveGreedy::new(rule, &mirrored(&task), &layout), &images);

@@ -196,7 +196,7 @@ impl From<Sensors> for Vec<Sensor> {
 /// use tropism::control::{Sensor, SensorState, Sensors};
 /// use tropism::prelude::*;
 /// let sensors = Sensors::new(vec![Sensor::LastShift, Sensor::LightMemory { steps: 2 }])?;
-/// let mut state = SensorState::new(&sensors, &Targets::default(), &Layout::default());
+/// let mut state = SensorState::new(&sensors, &Task::default(), &Layout::default());
 /// let mut inputs = Vec::new();
 /// state.sense(&Observation::simulated(Point::new(0.0, 4.0)), &mut inputs);
 /// assert_eq!(inputs, [0.0, 0.0, 0.0]);
@@ -224,7 +224,7 @@ pub struct SensorState {
 impl SensorState {
     /// The state before the first observation. Targets and obstacles are those of `task`.
     #[must_use]
-    pub fn new(sensors: &Sensors, task: &(impl Task + ?Sized), layout: &Layout) -> Self {
+    pub fn new(sensors: &Sensors, task: &Task, layout: &Layout) -> Self {
         let in_plane = || task.way().into_iter().map(|target| [target.x, target.y, 0.0]).collect();
         let front = |lamp: &Lamp| {
             let [x, _, z] = lamp.at;
@@ -233,8 +233,8 @@ impl SensorState {
         Self {
             sensors: sensors.clone(),
             targets: task.way_in_space().unwrap_or_else(in_plane),
-            obstacles: task.obstacles().to_vec(),
-            line: task.shape().to_vec(),
+            obstacles: task.obstacles.clone(),
+            line: task.line.clone(),
             sides: layout.lights().map(|light| layout.side(light)).collect(),
             fronts: layout.lamps().iter().map(front).collect(),
             last_tip: None,
@@ -366,7 +366,6 @@ mod tests {
 
     use super::*;
     use crate::observation::Depth;
-    use crate::task::{Obstacles, OpenLoop, Shape, Space, Targets};
 
     fn sensed(state: &mut SensorState, x: f64, y: f64) -> Vec<f64> {
         let mut inputs = Vec::new();
@@ -385,7 +384,7 @@ mod tests {
         ])
         .unwrap();
         let targets = vec![Point::new(3.0, 6.0), Point::new(-5.0, 9.0)];
-        let task = Targets { targets, ..Targets::default() };
+        let task = Task { targets, ..Task::default() };
         let mut state = SensorState::new(&sensors, &task, &Layout::default());
         assert_eq!(sensed(&mut state, 0.0, 4.0), [0.0, 4.0, 3.0, 2.0, -5.0, 5.0, 0.0, 0.0, 0.0]);
         state.remember(Light::RIGHT);
@@ -397,7 +396,7 @@ mod tests {
     #[test]
     fn a_stem_is_resampled_and_absent_where_none_was_seen() {
         let sensors = Sensors::new(vec![Sensor::Stem { points: 3 }]).unwrap();
-        let mut state = SensorState::new(&sensors, &OpenLoop::default(), &Layout::default());
+        let mut state = SensorState::new(&sensors, &Task::open_loop(1000), &Layout::default());
         let stem = Polyline(vec![Point::new(0.0, 0.0), Point::new(0.0, 4.0)]);
         let seen = Observation { stem: Some(stem), ..Observation::simulated(Point::new(0.0, 4.0)) };
         let mut inputs = Vec::new();
@@ -407,7 +406,7 @@ mod tests {
     }
 
     /// What `sensors` give for a stem through `points` from the root upwards, and for the same without a stem.
-    fn of_stem(sensors: &[Sensor], task: &Obstacles, points: &[(f64, f64)]) -> [Vec<f64>; 2] {
+    fn of_stem(sensors: &[Sensor], task: &Task, points: &[(f64, f64)]) -> [Vec<f64>; 2] {
         let sensors = Sensors::new(sensors.to_vec()).unwrap();
         let points: Vec<Point> = points.iter().map(|&(x, y)| Point::new(x, y)).collect();
         let bare = Observation::simulated(points[points.len() - 1]);
@@ -426,7 +425,7 @@ mod tests {
         let angles = (0..=90).map(|degrees| f64::from(degrees).to_radians());
         let bow: Vec<(f64, f64)> =
             angles.map(|at| (6.0 - 6.0 * math::cos(at), 6.0 * math::sin(at))).collect();
-        let [felt, bare] = of_stem(&[Sensor::Lean, Sensor::Curvature], &Obstacles::default(), &bow);
+        let [felt, bare] = of_stem(&[Sensor::Lean, Sensor::Curvature], &Task::obstacles(), &bow);
         assert!((felt[0] - 75.0_f64.to_radians()).abs() < 0.01, "{felt:?}");
         assert!((felt[1] - 1.0 / 6.0).abs() < 0.001, "{felt:?}");
         assert_eq!(bare, [0.0, 0.0]);
@@ -435,7 +434,7 @@ mod tests {
     #[test]
     fn obstacles_are_felt_by_the_stem_and_seen_from_the_tip() {
         // A disc of 1 cm at (0, 8).
-        let (task, sensors) = (Obstacles::default(), [Sensor::Clearance, Sensor::ObstacleAhead]);
+        let (task, sensors) = (Task::obstacles(), [Sensor::Clearance, Sensor::ObstacleAhead]);
         let [felt, bare] = of_stem(&sensors, &task, &[(0.0, 0.0), (0.0, 4.0)]);
         assert_eq!(felt, [3.0, 0.0, 0.0, 3.0], "straight above");
         assert_eq!(bare, [10.0, 0.0, 0.0, 3.0], "without a stem the tip alone is known");
@@ -443,7 +442,7 @@ mod tests {
         assert_eq!(felt, [2.0, 1.0, 0.0, 10.0], "to the right of the stem, below the tip");
         let [felt, _] = of_stem(&sensors, &task, &[(30.0, 0.0), (30.0, 4.0)]);
         assert_eq!(felt, [10.0, 0.0, 0.0, 10.0], "far away");
-        let none = Obstacles { obstacles: Vec::new(), ..task };
+        let none = Task { obstacles: Vec::new(), ..task };
         assert_eq!(of_stem(&sensors, &none, &[(0.0, 0.0), (0.0, 4.0)])[0], [10.0, 0.0, 0.0, 10.0]);
     }
 
@@ -455,9 +454,9 @@ mod tests {
         ) {
             let sensors = [Sensor::Lean, Sensor::Curvature, Sensor::Clearance, Sensor::ObstacleAhead];
             let at = |sign: f64| {
-                let task = Obstacles {
+                let task = Task {
                     obstacles: vec![Obstacle::Disc { centre: Point::new(sign * centre.0, centre.1), radius_cm: 1.0 }],
-                    ..Obstacles::default()
+                    ..Task::obstacles()
                 };
                 let stem: Vec<(f64, f64)> =
                     std::iter::once((0.0, 0.0)).chain(middles.iter().map(|&(x, y)| (sign * x, y))).collect();
@@ -483,8 +482,8 @@ mod tests {
         ])
         .unwrap();
         let felt = |sign: f64| {
-            let targets = vec![[2.0 * sign, 8.0, 1.0], [-sign, 12.0, -3.0]];
-            let task = Space { targets, ..Space::default() };
+            let targets = vec![Point::new(2.0 * sign, 8.0), Point::new(-sign, 12.0)];
+            let task = Task { targets, depths_cm: vec![1.0, -3.0], ..Task::space() };
             let layout = Layout::four_sides();
             let mut state = SensorState::new(&sensors, &task, &layout);
             let mut sense = |x: f64, z: Option<f64>, light: Light| {
@@ -519,7 +518,7 @@ mod tests {
         let sensors = Sensors::new(vec![Sensor::LineOffset]).unwrap();
         let felt = |sign: f64, stem: Option<[(f64, f64); 2]>| {
             let line = [(0.0, 0.0), (0.0, 4.0), (4.0, 8.0)].map(|(x, y)| Point::new(sign * x, y)).to_vec();
-            let task = Shape { line, ..Shape::default() };
+            let task = Task { line, ..Task::shape() };
             let stem = stem.map(|stem| Polyline(stem.map(|(x, y)| Point::new(sign * x, y)).to_vec()));
             let mut inputs = Vec::new();
             let seen = Observation { stem, ..Observation::simulated(Point::new(sign, 6.0)) };

@@ -30,9 +30,9 @@ pub struct Baseline {
 ///
 /// # Panics
 /// If `count` is 0.
-pub fn baseline<M: BatchModel, T: Task + ?Sized>(
+pub fn baseline<M: BatchModel>(
     model: &M,
-    task: &T,
+    task: &Task,
     sensors: &Sensors,
     neat: &Config,
     seed: u64,

@@ -10,7 +10,7 @@ use crate::math::statistics;
 use crate::plant::PlantModel;
 use crate::random::{NoiseStream, Purpose};
 use crate::simulation::{BatchModel, Episode, fitness_of};
-use crate::task::{Task, TaskSpec};
+use crate::task::Task;
 use crate::track::PAPER_PERIOD_MIN;
 
 /// Fitness of a controller on simulated plants on which it did not evolve.
@@ -70,7 +70,7 @@ impl Choice {
 #[must_use]
 pub fn trial<'m, M: PlantModel + 'm, C: Controller>(
     models: impl IntoIterator<Item = &'m M>,
-    task: &(impl Task + ?Sized),
+    task: &Task,
     build: impl Fn() -> C,
     seed: u64,
     plants: u32,
@@ -87,7 +87,7 @@ pub fn trial<'m, M: PlantModel + 'm, C: Controller>(
 #[must_use]
 pub fn trial_of_genome<'m, M: BatchModel + 'm>(
     models: impl IntoIterator<Item = &'m M>,
-    task: &(impl Task + ?Sized),
+    task: &Task,
     sensors: &Sensors,
     genome: &Genome,
     seed: u64,
@@ -133,7 +133,7 @@ pub struct Champion {
     pub period_min: f64,
     /// The task that it was evolved for; `None` in files that do not say, and for tasks outside this library.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub task: Option<TaskSpec>,
+    pub task: Option<Task>,
     /// SHA-256 of the model's JSON, in hexadecimal; `None` where it is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model_sha256: Option<String>,
@@ -204,7 +204,7 @@ impl Champion {
     ///
     /// # Errors
     /// [`ShapeError`] if the network does not fit sensors and lamps.
-    pub fn controller(&self, task: &(impl Task + ?Sized)) -> Result<NetworkController, ShapeError> {
+    pub fn controller(&self, task: &Task) -> Result<NetworkController, ShapeError> {
         NetworkController::new(&self.genome, &self.sensors, task, &self.layout)
     }
 
@@ -214,7 +214,7 @@ impl Champion {
     /// [`ChampionError::Shape`] or [`ChampionError::Task`].
     pub fn check(&self) -> Result<(), ChampionError> {
         ShapeError::check(&self.genome, &self.sensors, &self.layout)?;
-        Ok(self.task.as_ref().map_or(Ok(()), TaskSpec::check)?)
+        Ok(self.task.as_ref().map_or(Ok(()), Task::check)?)
     }
 
     /// JSON, schema `tropism.champion/1`; see `docs/formats.md`.

@@ -52,7 +52,7 @@ pub use weight_search::WeightSearch;
 /// use tropism::prelude::*;
 /// # let measured = "tip_x_cm,tip_y_cm,light\n0,4,left\n-0.1,4.03,right\n0,4.06,right\n0.1,4.1,dark\n";
 /// # let model = TipModel::fit([&Track::read_csv(measured.as_bytes())?], TipModelConfig::default())?;
-/// let task = Targets { max_steps: 20, ..Targets::default() };
+/// let task = Task { max_steps: 20, ..Task::default() };
 /// let config = EvolutionConfig { runs: 2, generations: 3, ..EvolutionConfig::default() };
 /// let evolution = Evolution::new(&model, &task, config, 1)?;
 /// let runs = evolution.evolve(&|_run, _generation| std::ops::ControlFlow::Continue(()))?;
@@ -61,9 +61,9 @@ pub use weight_search::WeightSearch;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Evolution<'p, M, T: ?Sized> {
+pub struct Evolution<'p, M> {
     model: &'p M,
-    task: &'p T,
+    task: &'p Task,
     config: EvolutionConfig,
     /// The genome from which evolution starts; `None` for random ones.
     start: Option<Genome>,
@@ -92,7 +92,7 @@ impl EvolutionRun {
     }
 }
 
-impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
+impl<'p, M: BatchModel> Evolution<'p, M> {
     /// Evolution for `task` on `model`, with all that `config` says, under `seed`.
     ///
     /// # Errors
@@ -100,7 +100,7 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
     /// says.
     pub fn new(
         model: &'p M,
-        task: &'p T,
+        task: &'p Task,
         config: EvolutionConfig,
         seed: u64,
     ) -> Result<Self, EvolutionError> {

@@ -1,6 +1,6 @@
 //! The search for the numbers of a predictive rule on a model.
 //!
-//! CMA-ES moves nine numbers; a point is worth the mean [utility](Task::utility) of its fitness over simulated plants. All
+//! CMA-ES moves nine numbers; a point is worth the mean [utility](crate::task::Score::utility) of its fitness over simulated plants. All
 //! points of some generations steer the same plants (common random numbers), so that differences between points are not
 //! differences between plants; then other plants come, so that a rule is not tuned to a few. The best of each period are tried
 //! on plants that none of them has steered, and the best of these is chosen. In a task with obstacles each step at which a plant
@@ -99,7 +99,7 @@ pub struct RuleTrial {
 /// use tropism::prelude::*;
 /// # let measured = "tip_x_cm,tip_y_cm,light\n0,4,left\n-0.1,4.03,right\n0,4.06,right\n0.1,4.1,dark\n";
 /// # let model = TipModel::fit([&Track::read_csv(measured.as_bytes())?], TipModelConfig::default())?;
-/// let task = Targets { max_steps: 20, ..Targets::default() };
+/// let task = Task { max_steps: 20, ..Task::default() };
 /// let search = RuleSearch { generations: 3, population: 6, episodes: 4, ..RuleSearch::default() };
 /// let found = search.tune(&model, &task, 1, &mut |_| ControlFlow::Continue(())).expect("never broken off");
 /// println!("{:?}: {:.2} cm, greedy {:.2} cm", found.rule, found.expected.mean, found.greedy.mean);
@@ -145,7 +145,7 @@ fn part(whole: u32, count: u32, number: u32) -> u32 {
 pub struct RuleGeneration {
     /// Number of the generation, from 0.
     pub generation: u32,
-    /// Mean [utility](Task::utility) of its best rule.
+    /// Mean [utility](crate::task::Score::utility) of its best rule.
     pub best: f64,
     /// Mean utility of all its rules.
     pub mean: f64,
@@ -189,15 +189,15 @@ impl RuleSearch {
         (0..rounds).flat_map(move |round| of_round(round).chain([false])).chain([false])
     }
 
-    /// Searches the rule with the highest mean [utility](Task::utility) for `task` on `model`, on all threads. `watch` sees each
+    /// Searches the rule with the highest mean [utility](crate::task::Score::utility) for `task` on `model`, on all threads. `watch` sees each
     /// generation; `None` if it broke off.
     ///
     /// # Panics
     /// If [`Self::check`] refuses the numbers.
-    pub fn tune<M: BatchModel, T: Task + ?Sized>(
+    pub fn tune<M: BatchModel>(
         &self,
         model: &M,
-        task: &T,
+        task: &Task,
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
@@ -206,9 +206,9 @@ impl RuleSearch {
 
     /// The fitness of trials on simulated plants of `model`, on all threads, less a cost in cm for each step beyond all data:
     /// [`tune`](Self::tune) searches by it.
-    pub fn scores_on<M: BatchModel, T: Task + ?Sized>(
+    pub fn scores_on<M: BatchModel>(
         model: &M,
-        task: &T,
+        task: &Task,
         seed: u64,
     ) -> impl Fn(&[RuleTrial], f64) -> Vec<f64> {
         let episode = move |trial: &RuleTrial| Episode {
@@ -234,14 +234,14 @@ impl RuleSearch {
     pub fn tune_by(
         &self,
         scores: impl Fn(&[RuleTrial], f64) -> Vec<f64>,
-        task: &(impl Task + ?Sized),
+        task: &Task,
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
-        let utility = |fitness| task.utility(fitness);
-        let beyond_cost_cm = if task.obstacles().is_empty() { 0.0 } else { BEYOND_COST_CM };
+        let utility = |fitness| task.score.utility(fitness);
+        let beyond_cost_cm = if task.obstacles.is_empty() { 0.0 } else { BEYOND_COST_CM };
         let objective = Objective { scores: &scores, utility: &utility, beyond_cost_cm };
-        if task.obstacles().is_empty() {
+        if task.obstacles.is_empty() {
             self.search(NUMBERS, &objective, seed, watch)
         } else {
             self.search(AVOIDING_NUMBERS, &objective, seed, watch)

@@ -89,11 +89,11 @@ pub(super) fn offset_input(sensors: &Sensors, neat: &Config) -> Result<usize, St
 pub(super) fn greedy_genome(
     sensors: &Sensors,
     neat: &Config,
-    task: &(impl Task + ?Sized),
+    task: &Task,
     layout: &Layout,
 ) -> Result<Genome, StartError> {
     let input = offset_input(sensors, neat)?;
-    if task.way_in_space().is_some() || task.pole().is_some() {
+    if task.is_in_space() {
         return Err(StartError::greedy("a task in space".to_owned(), "one in the plane"));
     }
     if outputs(layout) != OUTPUTS || layout.towards(true) != Light::RIGHT {
@@ -115,7 +115,6 @@ mod tests {
     use crate::geometry::Point;
     use crate::lamps::Lamp;
     use crate::observation::Observation;
-    use crate::task::{Space, Targets};
 
     fn sensors() -> Sensors {
         let memory = Sensor::LightMemory { steps: 7 };
@@ -124,7 +123,7 @@ mod tests {
 
     #[test]
     fn the_greedy_genome_decides_as_the_greedy_rule() {
-        let (task, layout) = (Targets::default(), Layout::default());
+        let (task, layout) = (Task::default(), Layout::default());
         let genome = greedy_genome(&sensors(), &Config::wahby2016(), &task, &layout).unwrap();
         let mut network = NetworkController::new(&genome, &sensors(), &task, &layout).unwrap();
         let mut greedy = Greedy::new(&task, &layout);
@@ -141,10 +140,10 @@ mod tests {
     #[test]
     fn what_cannot_be_greedy_is_refused() {
         let neat = Config::wahby2016();
-        let error = |sensors: &Sensors, neat: &Config, task: &dyn Task, layout: &Layout| {
+        let error = |sensors: &Sensors, neat: &Config, task: &Task, layout: &Layout| {
             greedy_genome(sensors, neat, task, layout).unwrap_err().to_string()
         };
-        let (plane, two) = (Targets::default(), Layout::default());
+        let (plane, two) = (Task::default(), Layout::default());
         let found = error(&Sensors::default(), &neat, &plane, &two);
         assert_eq!(
             found,
@@ -156,6 +155,6 @@ mod tests {
         let lamp = |name, x| Lamp::new(name, [x, 20.0, 0.0]);
         let turned = Layout::new(vec![lamp("right", 20.0), lamp("left", -20.0)]).unwrap();
         assert!(error(&sensors(), &neat, &plane, &turned).contains("found the lamps right, left"));
-        assert!(error(&sensors(), &neat, &Space::default(), &two).contains("found a task in space"));
+        assert!(error(&sensors(), &neat, &Task::space(), &two).contains("found a task in space"));
     }
 }

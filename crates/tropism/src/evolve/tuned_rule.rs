@@ -8,7 +8,7 @@ use crate::control::{PredictiveGreedy, PredictiveRule};
 use crate::file::{schema_of, sha256};
 use crate::lamps::Layout;
 use crate::plant::PlantModel;
-use crate::task::{Task, TaskSpec};
+use crate::task::Task;
 
 /// What a rule file calls itself.
 const SCHEMA: &str = "tropism.rule/1";
@@ -25,7 +25,7 @@ pub struct TunedRule {
     pub period_min: f64,
     /// The task that it was tuned for; `None` for tasks outside this library.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub task: Option<TaskSpec>,
+    pub task: Option<Task>,
     /// SHA-256 of the model's JSON, in hexadecimal; `None` if it was tuned on virtual plants themselves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model_sha256: Option<String>,
@@ -74,7 +74,7 @@ impl TunedRule {
 
     /// The controller, at rest, towards the targets of `task`.
     #[must_use]
-    pub fn controller(&self, task: &(impl Task + ?Sized)) -> PredictiveGreedy {
+    pub fn controller(&self, task: &Task) -> PredictiveGreedy {
         PredictiveGreedy::new(self.rule, task, &self.layout)
     }
 
@@ -86,7 +86,7 @@ impl TunedRule {
         self.rule.check().map_err(|error| error.in_table("rule"))?;
         let is_period = self.period_min > 0.0 && self.period_min.is_finite();
         ensure(is_period, "period_min", self.period_min, "minutes above 0")?;
-        self.task.as_ref().map_or(Ok(()), TaskSpec::check).map_err(|error| error.in_table("task"))
+        self.task.as_ref().map_or(Ok(()), Task::check).map_err(|error| error.in_table("task"))
     }
 
     /// JSON, schema `tropism.rule/1`; see `docs/formats.md`.

@@ -58,7 +58,7 @@ use crate::track::Sample;
 ///     }
 /// }
 ///
-/// let task = Targets::default();
+/// let task = Task::default();
 /// let track = simulate(&Leaning(Layout::default()), &mut Greedy::new(&task, &Layout::default()), &task, 1);
 /// assert!(task.fitness(&track) > 8.0);
 /// ```

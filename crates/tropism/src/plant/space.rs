@@ -305,14 +305,14 @@ fn weights_of<'r>(
 /// use tropism::lamps::Layout;
 /// use tropism::plant::space::SpaceModel;
 /// use tropism::prelude::*;
-/// use tropism::task::Space;
+/// use tropism::task::Task;
 ///
 /// let species = Species::default();
 /// let trial = Trial { layout: Layout::four_sides(), in_space: true, ..Trial::new(&species) };
-/// let open_loop = OpenLoop { steps: 150, ..OpenLoop::default() };
+/// let open_loop = Task::open_loop(150);
 /// let track = trial.grow(1, &mut Periodic::new(24, &trial.layout), &open_loop, &mut unwatched);
 /// let model = SpaceModel::fit([&track])?;
-/// let task = Space { max_steps: 40, ..Space::default() };
+/// let task = Task { max_steps: 40, ..Task::space() };
 /// let track = simulate(&model, &mut Greedy::new(&task, model.layout()), &task, 1);
 /// assert!(track.samples[40].observation().stem_in_space().is_some());
 /// # Ok::<(), Box<dyn std::error::Error>>(())

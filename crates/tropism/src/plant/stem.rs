@@ -266,12 +266,12 @@ fn weights_of<'r>(
 /// use tropism::prelude::*;
 ///
 /// let species = Species::default();
-/// let open_loop = OpenLoop { steps: 200, ..OpenLoop::default() };
+/// let open_loop = Task::open_loop(200);
 /// let grow = |seed| {
 ///     Trial::new(&species).grow(seed, &mut Periodic::new(72, &Layout::default()), &open_loop, &mut unwatched)
 /// };
 /// let model = StemModel::fit(&[grow(1), grow(2)])?;
-/// let task = Targets { max_steps: 40, ..Targets::default() };
+/// let task = Task { max_steps: 40, ..Task::default() };
 /// let track = simulate(&model, &mut Greedy::new(&task, model.layout()), &task, 1);
 /// assert_eq!(track.samples[40].stem.as_ref().map(|stem| stem.0.len()), Some(10));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

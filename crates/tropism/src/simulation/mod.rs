@@ -15,7 +15,7 @@ use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::plant::PlantModel;
 use crate::random::{NoiseStream, Purpose};
-use crate::task::Task;
+use crate::task::{Past, Task};
 use crate::track::Track;
 
 pub use batch::LinearController;
@@ -32,8 +32,8 @@ pub struct Simulation<'m, M: PlantModel> {
 
 impl<'m, M: PlantModel> Simulation<'m, M> {
     /// A seedling of `model` where `task` starts, with its growth noise.
-    pub fn new(model: &'m M, task: &(impl Task + ?Sized), noise: NoiseStream) -> Self {
-        let mut plant = model.seedling(task.start(), &mut noise.of_seedling());
+    pub fn new(model: &'m M, task: &Task, noise: NoiseStream) -> Self {
+        let mut plant = model.seedling(task.start, &mut noise.of_seedling());
         model.among(&mut plant, &task.solids());
         Self { model, plant, noise, step: 0 }
     }
@@ -67,7 +67,7 @@ impl<M: PlantModel> Environment for Simulation<'_, M> {
 /// use tropism::prelude::*;
 /// let measured = "tip_x_cm,tip_y_cm,light\n0,4,left\n-0.1,4.03,right\n0,4.06,right\n0.1,4.1,dark\n";
 /// let model = TipModel::fit([&Track::read_csv(measured.as_bytes())?], TipModelConfig::default())?;
-/// let task = Targets { max_steps: 20, ..Targets::default() };
+/// let task = Task { max_steps: 20, ..Task::default() };
 /// let track = simulate(&model, &mut Greedy::new(&task, &Layout::default()), &task, 1);
 /// assert_eq!(track.samples.len(), 21);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -75,7 +75,7 @@ impl<M: PlantModel> Environment for Simulation<'_, M> {
 pub fn simulate<M: PlantModel>(
     model: &M,
     controller: &mut (impl Controller + ?Sized),
-    task: &(impl Task + ?Sized),
+    task: &Task,
     seed: u64,
 ) -> Track {
     simulate_with(model, controller, task, NoiseStream::new(seed, Purpose::Trial, [0; 3]))
@@ -85,7 +85,7 @@ pub fn simulate<M: PlantModel>(
 pub fn simulate_with<M: PlantModel>(
     model: &M,
     controller: &mut (impl Controller + ?Sized),
-    task: &(impl Task + ?Sized),
+    task: &Task,
     noise: NoiseStream,
 ) -> Track {
     let Ok(track) = run(&mut Simulation::new(model, task, noise), controller, task, &mut unwatched);
@@ -96,7 +96,7 @@ pub fn simulate_with<M: PlantModel>(
 pub fn fitness_of<M: PlantModel>(
     model: &M,
     controller: &mut (impl Controller + ?Sized),
-    task: &(impl Task + ?Sized),
+    task: &Task,
     noise: NoiseStream,
 ) -> f64 {
     cautious_fitness_of(model, controller, task, noise, 0.0)
@@ -107,23 +107,22 @@ pub fn fitness_of<M: PlantModel>(
 pub fn cautious_fitness_of<M: PlantModel>(
     model: &M,
     controller: &mut (impl Controller + ?Sized),
-    task: &(impl Task + ?Sized),
+    task: &Task,
     noise: NoiseStream,
     beyond_cost_cm: f64,
 ) -> f64 {
-    let mut plant = model.seedling(task.start(), &mut noise.of_seedling());
+    let mut plant = model.seedling(task.start, &mut noise.of_seedling());
     model.among(&mut plant, &task.solids());
-    let mut seen = model.observe(&plant);
-    let first = seen.clone();
+    let mut past = Past::new(model.observe(&plant));
     let mut fitness = 0.0;
     let mut step = 0;
-    while !task.is_over(step, &seen) {
-        let light = controller.decide(&seen);
+    while !task.is_over(step, &past.latest) {
+        let light = controller.decide(&past.latest);
         model.step(&mut plant, light, &mut noise.at(step));
         let after = model.observe(&plant);
-        fitness += task.step_fitness(&first, &seen, &after);
+        fitness += task.step_fitness(&past, &after);
         fitness -= if model.is_beyond_data(&plant) { beyond_cost_cm } else { 0.0 };
-        seen = after;
+        past.push(after);
         step += 1;
     }
     fitness
@@ -137,7 +136,6 @@ mod tests {
     use crate::plant::shifts::{Shift, Window};
     use crate::plant::tip::Growth;
     use crate::plant::window::WindowModel;
-    use crate::task::Targets;
 
     /// A plant that leans 0.2 cm a step towards the light wherever it is.
     fn follower() -> WindowModel {
@@ -158,7 +156,7 @@ mod tests {
 
     #[test]
     fn fitness_is_that_of_the_track() {
-        let (model, task) = (follower(), Targets::default());
+        let (model, task) = (follower(), Task::default());
         for episode in 0..20 {
             let noise = NoiseStream::new(1, Purpose::Trial, [0, episode, 0]);
             let track = simulate_with(&model, &mut Periodic::new(20, &Layout::default()), &task, noise);
@@ -169,7 +167,7 @@ mod tests {
 
     #[test]
     fn a_track_of_n_lights_has_one_more_observation() {
-        let task = Targets { max_steps: 10, ..Targets::default() };
+        let task = Task { max_steps: 10, ..Task::default() };
         let track = simulate_with(
             &follower(),
             &mut Greedy::new(&task, &Layout::default()),
@@ -184,7 +182,7 @@ mod tests {
 
     #[test]
     fn an_experiment_ends_at_its_height() {
-        let task = Targets::default();
+        let task = Task::default();
         let track = simulate_with(
             &follower(),
             &mut Greedy::new(&task, &Layout::default()),

@@ -11,7 +11,7 @@ use crate::plant::stem::StemModel;
 use crate::plant::tip::TipModel;
 use crate::plant::window::WindowModel;
 use crate::random::NoiseStream;
-use crate::task::Task;
+use crate::task::{Targets, Task};
 
 /// A controller, and the noise of the plant that it steers.
 #[derive(Clone, Debug)]
@@ -31,9 +31,9 @@ pub trait BatchModel: PlantModel + Sized {
     ///
     /// # Panics
     /// If a genome has not the inputs of `sensors` and the outputs of the model's lamps.
-    fn score<'g, T: Task + ?Sized>(
+    fn score<'g>(
         &self,
-        task: &T,
+        task: &Task,
         sensors: &Sensors,
         episodes: impl Iterator<Item = Episode<&'g Genome>>,
     ) -> Vec<f64> {
@@ -41,9 +41,9 @@ pub trait BatchModel: PlantModel + Sized {
     }
 
     /// The fitness of each episode's linear controller, which sees the tip and lights one of two lamps, in order.
-    fn score_linear<T: Task + ?Sized>(
+    fn score_linear(
         &self,
-        task: &T,
+        task: &Task,
         episodes: impl Iterator<Item = Episode<LinearController>>,
     ) -> Vec<f64> {
         episodes.map(|mut episode| fitness_of(self, &mut episode.controller, task, episode.noise)).collect()
@@ -51,9 +51,9 @@ pub trait BatchModel: PlantModel + Sized {
 
     /// The fitness of each episode's rule, in order, less `beyond_cost_cm` for each step after which the plant is
     /// [beyond all data](PlantModel::is_beyond_data) of the model.
-    fn score_rules<T: Task + ?Sized>(
+    fn score_rules(
         &self,
-        task: &T,
+        task: &Task,
         beyond_cost_cm: f64,
         episodes: impl Iterator<Item = Episode<PredictiveRule>>,
     ) -> Vec<f64> {
@@ -61,9 +61,9 @@ pub trait BatchModel: PlantModel + Sized {
     }
 }
 
-fn rules_one_by_one<M: PlantModel, T: Task + ?Sized>(
+fn rules_one_by_one<M: PlantModel>(
     model: &M,
-    task: &T,
+    task: &Task,
     beyond_cost_cm: f64,
     episodes: impl Iterator<Item = Episode<PredictiveRule>>,
 ) -> Vec<f64> {
@@ -74,9 +74,9 @@ fn rules_one_by_one<M: PlantModel, T: Task + ?Sized>(
     episodes.map(score).collect()
 }
 
-fn one_by_one<'g, M: PlantModel, T: Task + ?Sized>(
+fn one_by_one<'g, M: PlantModel>(
     model: &M,
-    task: &T,
+    task: &Task,
     sensors: &Sensors,
     episodes: impl Iterator<Item = Episode<&'g Genome>>,
 ) -> Vec<f64> {
@@ -90,29 +90,28 @@ fn one_by_one<'g, M: PlantModel, T: Task + ?Sized>(
 
 impl BatchModel for TipModel {
     /// Side by side in vectors for the paper's task, sensors and number of lamps.
-    fn score<'g, T: Task + ?Sized>(
+    fn score<'g>(
         &self,
-        task: &T,
+        task: &Task,
         sensors: &Sensors,
         episodes: impl Iterator<Item = Episode<&'g Genome>>,
     ) -> Vec<f64> {
-        match task.as_targets().filter(|_| sensors.is_tip() && self.layout().len() == 2) {
-            Some(targets) => batch::fitness_of_networks(self, targets, &mut { episodes }),
-            None => one_by_one(self, task, sensors, episodes),
+        if task.has_score::<Targets>() && sensors.is_tip() && self.layout().len() == 2 {
+            batch::fitness_of_networks(self, task, &mut { episodes })
+        } else {
+            one_by_one(self, task, sensors, episodes)
         }
     }
 
-    fn score_linear<T: Task + ?Sized>(
+    fn score_linear(
         &self,
-        task: &T,
+        task: &Task,
         episodes: impl Iterator<Item = Episode<LinearController>>,
     ) -> Vec<f64> {
-        match task.as_targets().filter(|_| self.layout().len() == 2) {
-            Some(targets) => batch::fitness_of_linear(self, targets, &mut { episodes }),
-            None => episodes
-                .map(|mut episode| fitness_of(self, &mut episode.controller, task, episode.noise))
-                .collect(),
+        if task.has_score::<Targets>() && self.layout().len() == 2 {
+            return batch::fitness_of_linear(self, task, &mut { episodes });
         }
+        episodes.map(|mut episode| fitness_of(self, &mut episode.controller, task, episode.noise)).collect()
     }
 }
 
@@ -120,9 +119,9 @@ impl BatchModel for WindowModel {}
 
 impl BatchModel for StemModel {
     /// Side by side in vectors for targets in the plane, with and without obstacles.
-    fn score_rules<T: Task + ?Sized>(
+    fn score_rules(
         &self,
-        task: &T,
+        task: &Task,
         beyond_cost_cm: f64,
         episodes: impl Iterator<Item = Episode<PredictiveRule>>,
     ) -> Vec<f64> {

@@ -1,135 +1,105 @@
 //! What a plant is to do, and how well it did.
 //!
-//! Observations go in; a fitness comes out. A [`Task`] says where a seedling starts, when an experiment is over, and what
-//! each step is worth. [`Targets`] is the paper's task with eq. (9); [`Obstacles`] has targets behind things that the stem
-//! must not touch; [`Shape`] wants a form of the whole stem; [`Space`] has targets in three coordinates; [`Spiral`] counts the
-//! turns of the stem round a pole; [`RandomTargets`] are still to be drawn; [`OpenLoop`] has nothing to reach and only ends. A task of one's own implements the trait;
-//! it sees whole observations, stems included.
+//! Observations go in; a fitness comes out. A [`Task`] is data (where a seedling starts, its targets, what stands in the way,
+//! when an experiment is over) and a [`Score`]: what each step is worth. [`Targets`] is the paper's score, eq. (9);
+//! [`Obstacles`] has targets behind things that the stem must not touch; [`Shape`] wants a form of the whole stem; [`Space`]
+//! has targets in three coordinates; [`Spiral`] counts the turns of the stem round a pole; the targets of [`RandomTargets`]
+//! are still to be drawn; [`OpenLoop`] has nothing to reach and only ends. A score of one's own implements the trait.
 
-mod reach;
+mod keys;
 mod obstacles;
 mod open_loop;
+mod random_targets;
 mod shape;
 mod space;
 mod spiral;
-mod random_targets;
-mod spec;
 mod targets;
 
+use core::any::Any;
+use core::fmt::Debug;
+
+use serde::Serialize;
+
+use crate::check::OutOfRange;
 use crate::geometry::Point;
 use crate::geometry::space::SpacePoint;
+use crate::math::vector::distance;
 use crate::observation::Observation;
-use crate::obstacle::{Obstacle, Pole, Solid};
-use crate::track::Track;
+use crate::obstacle::Solid;
+use crate::track::{Sample, Track};
 
+pub use keys::Task;
 pub use obstacles::Obstacles;
 pub use open_loop::OpenLoop;
 pub use random_targets::RandomTargets;
-pub use reach::Reach;
 pub use shape::Shape;
 pub use space::Space;
-pub use spec::TaskSpec;
 pub use spiral::Spiral;
-pub use targets::{Crossing, Targets};
+pub use targets::Targets;
 
-/// A task for a plant.
+/// The kinds of tasks that files name, each with its defaults. A new kind is its file and a line here.
+fn kinds() -> [Task; 7] {
+    [
+        Task::default(),
+        Task::obstacles(),
+        Task::shape(),
+        Task::space(),
+        Task::spiral(),
+        Task::random_targets(),
+        Task::open_loop(1000),
+    ]
+}
+
+/// What the steps of a task are worth.
 ///
 /// ```
 /// use tropism::prelude::*;
 ///
 /// /// Grow upright: each step costs the distance of the tip from the vertical, in cm.
+/// #[derive(Debug)]
 /// struct Upright;
 ///
-/// impl Task for Upright {
-///     fn is_over(&self, step: u32, seen: &Observation) -> bool {
-///         step >= 500 || seen.tip.y >= 12.0
-///     }
-///     fn step_fitness(&self, _first: &Observation, _before: &Observation, after: &Observation) -> f64 {
+/// impl Score for Upright {
+///     fn step_fitness(&self, _task: &Task, _past: &Past, after: &Observation) -> f64 {
 ///         -after.tip.x.abs()
 ///     }
 /// }
+///
+/// let task = Task { end_height_cm: 12.0, max_steps: 500, ..Task::new(Upright) };
 /// ```
-pub trait Task: Sync {
+pub trait Score: Any + Debug + Send + Sync {
+    /// What the step after `past` that ends with `after` is worth; larger is better. The fitness of an experiment is the sum
+    /// over its steps.
+    fn step_fitness(&self, task: &Task, past: &Past, after: &Observation) -> f64;
+
     /// Whether an experiment is over when the plant is `seen` at `step` (from 0).
-    fn is_over(&self, step: u32, seen: &Observation) -> bool;
-
-    /// What the step from `before` to `after` is worth; larger is better. `first` is the first observation of the
-    /// experiment. The fitness of an experiment is the sum over its steps.
-    fn step_fitness(&self, first: &Observation, before: &Observation, after: &Observation) -> f64;
-
-    /// Tip of the seedling at the start of a simulated experiment, in cm. Paper: (0, 4), section 2.3.
-    fn start(&self) -> Point {
-        Point::new(0.0, 4.0)
+    fn is_over(&self, task: &Task, step: u32, seen: &Observation) -> bool {
+        seen.tip.y >= task.end_height_cm || step >= task.max_steps
     }
 
-    /// Points that the tip is to visit, in order, as the front camera sees them.
-    fn targets(&self) -> Vec<Point> {
-        Vec::new()
-    }
-
-    /// Whether there is anything to reach, so that fitness means something.
-    fn has_goal(&self) -> bool {
-        !self.targets().is_empty()
-    }
-
-    /// Points towards which controllers steer, in ascending height, in cm: the targets, and what points a task has on the way.
-    fn way(&self) -> Vec<Point> {
-        self.targets()
-    }
-
-    /// The way of a task in space, in ascending height, in cm; `None` for a task in the plane of the front camera.
-    fn way_in_space(&self) -> Option<Vec<SpacePoint>> {
+    /// The best fitness there can be of an experiment that begins with `first`, where it is known. No fitness exceeds it.
+    fn best(&self, task: &Task, first: &Observation) -> Option<f64> {
+        let _ = (task, first);
         None
-    }
-
-    /// Whether the whole stem counts, so that a track needs it.
-    fn is_about_stem(&self) -> bool {
-        !self.obstacles().is_empty() || self.pole().is_some()
-    }
-
-    /// The task as the front camera sees it, for a task with targets in space.
-    fn in_front(&self) -> Option<Targets> {
-        None
-    }
-
-    /// Whether the task takes a plant that is seen in space.
-    fn is_in_space(&self) -> bool {
-        self.way_in_space().is_some() || self.pole().is_some()
-    }
-
-    /// What the stem must not touch.
-    fn obstacles(&self) -> &[Obstacle] {
-        &[]
-    }
-
-    /// Line on which the stem is to lie, from the root upwards, in cm; empty for a task without one.
-    fn shape(&self) -> &[Point] {
-        &[]
-    }
-
-    /// The pole round which the stem is to wind.
-    fn pole(&self) -> Option<Pole> {
-        None
-    }
-
-    /// Solids of this task in the virtual tent: its obstacles, and what it wants beside them.
-    fn solids(&self) -> Vec<Solid> {
-        self.obstacles().iter().copied().map(Solid::from).chain(self.pole().map(Solid::from)).collect()
-    }
-
-    /// For each target, where the tip was when it first reached the target's height; `None` if it never did.
-    fn crossings(&self, track: &Track) -> Vec<Option<Crossing>> {
-        let crossing = |target: &Point| {
-            let sample = track.samples.iter().find(|sample| sample.tip.y >= target.y)?;
-            Some(Crossing { step: sample.step, distance_cm: sample.tip.distance(*target) })
-        };
-        self.targets().iter().map(crossing).collect()
     }
 
     /// Whether the plant of a track did all that the task wants; `None` for a task that only has a fitness.
-    fn is_done(&self, track: &Track) -> Option<bool> {
-        let _ = track;
+    fn is_done(&self, task: &Task, track: &Track) -> Option<bool> {
+        let _ = (task, track);
         None
+    }
+
+    /// For each target, where the tip was when it first reached the target's height; `None` if it never did.
+    fn crossings(&self, task: &Task, track: &Track) -> Vec<Option<Crossing>> {
+        let crossing = |(index, target): (usize, &Point)| {
+            let sample = track.samples.iter().find(|sample| sample.tip.y >= target.y)?;
+            let distance_cm = match task.depths_cm.get(index) {
+                None => sample.tip.distance(*target),
+                Some(depth) => distance(tip_in_space(&sample.observation()), [target.x, target.y, *depth]),
+            };
+            Some(Crossing { step: sample.step, distance_cm })
+        };
+        task.targets.iter().enumerate().map(crossing).collect()
     }
 
     /// What an experiment of this fitness is worth to a search that compares [rules](crate::evolve::RuleSearch) by a mean: never
@@ -138,47 +108,289 @@ pub trait Task: Sync {
         fitness
     }
 
-    /// Each target that plants of `reach` do not get to, or the farthest such point of a form, with the reason.
-    fn out_of_reach(&self, reach: &Reach) -> Vec<String> {
-        let over = |point: &&Point| point.x.abs();
-        let missed = self.shape().iter().filter(|point| reach.misses_stem(**point).is_some());
-        let farthest = missed.max_by(|one, other| over(one).total_cmp(&over(other)));
-        let of_form = farthest.and_then(|point| {
-            let why = reach.misses_stem(*point)?;
-            Some(format!("the point ({}, {}) of the form: {why}", point.x, point.y))
-        });
-        let of_tip = |target: Point| {
-            let why = reach.misses_tip(target)?;
-            Some(format!("the target ({}, {}): {why}", target.x, target.y))
+    /// What the fitness is measured in.
+    fn unit(&self) -> &'static str {
+        "cm"
+    }
+
+    /// The task in a few words: `the targets (3, 6), (-5, 9), (-1, 13.5)`.
+    fn title(&self, task: &Task) -> String {
+        let place = |(index, target): (usize, &Point)| match task.depths_cm.get(index) {
+            None => format!("({}, {})", target.x, target.y),
+            Some(depth) => format!("({}, {}, {depth})", target.x, target.y),
         };
-        self.targets().into_iter().filter_map(of_tip).chain(of_form).collect()
+        let places: Vec<String> = task.targets.iter().enumerate().map(place).collect();
+        match &places[..] {
+            [] => "no targets".to_owned(),
+            [place] => format!("the target {place}"),
+            _ => format!("the targets {}", places.join(", ")),
+        }
     }
 
-    /// The best fitness there can be, where it is known.
-    fn best_fitness(&self) -> Option<f64> {
-        None
+    /// The word for it in files.
+    fn kind(&self) -> &'static str {
+        "own"
     }
 
-    /// This task as the paper's, if it is one: vectorised simulation exists for few tasks.
-    fn as_targets(&self) -> Option<&Targets> {
-        None
+    /// The keys of a task of this kind.
+    fn keys(&self) -> &'static [&'static str] {
+        keys::ALL
     }
 
-    /// This task as one of targets behind obstacles, if it is one: as [`as_targets`](Self::as_targets).
-    fn as_obstacles(&self) -> Option<&Obstacles> {
-        None
+    /// Checks what no key says alone.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] names the key, its value and the allowed values.
+    fn check(&self, task: &Task) -> Result<(), OutOfRange> {
+        let _ = task;
+        Ok(())
+    }
+}
+
+/// What an experiment has come to: what the worth of its next step depends on.
+#[derive(Clone, Debug)]
+pub struct Past {
+    /// The first observation.
+    pub first: Observation,
+    /// The latest observation.
+    pub latest: Observation,
+    /// The greatest height of the tip so far, in cm.
+    pub highest_cm: f64,
+}
+
+impl Past {
+    /// Of an experiment that begins with `first`.
+    #[must_use]
+    pub fn new(first: Observation) -> Self {
+        Self { highest_cm: first.tip.y, latest: first.clone(), first }
+    }
+
+    /// Adds an observation.
+    pub fn push(&mut self, seen: Observation) {
+        self.highest_cm = self.highest_cm.max(seen.tip.y);
+        self.latest = seen;
+    }
+}
+
+/// Where the tip was when it first reached a target's height.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Crossing {
+    /// Step of the observation.
+    pub step: u32,
+    /// Distance between tip and target, in cm.
+    pub distance_cm: f64,
+}
+
+/// The tip in space; in the plane of the front camera if its depth is not known.
+fn tip_in_space(seen: &Observation) -> SpacePoint {
+    seen.tip_in_space().unwrap_or([seen.tip.x, seen.tip.y, 0.0])
+}
+
+impl Task {
+    /// Whether it is judged by this type of score.
+    #[must_use]
+    pub fn has_score<S: Score>(&self) -> bool {
+        (&*self.score as &dyn Any).is::<S>()
+    }
+
+    /// [`Score::is_over`].
+    #[must_use]
+    pub fn is_over(&self, step: u32, seen: &Observation) -> bool {
+        self.score.is_over(self, step, seen)
+    }
+
+    /// [`Score::step_fitness`].
+    #[must_use]
+    pub fn step_fitness(&self, past: &Past, after: &Observation) -> f64 {
+        self.score.step_fitness(self, past, after)
     }
 
     /// The fitness of a whole track: the sum over its steps, gaps included.
-    fn fitness(&self, track: &Track) -> f64 {
-        let mut seen = track.samples.iter().map(crate::track::Sample::observation);
-        let Some(first) = seen.next() else { return 0.0 };
-        let mut before = first.clone();
-        let mut fitness = 0.0;
-        for after in seen {
-            fitness += self.step_fitness(&first, &before, &after);
-            before = after;
+    #[must_use]
+    pub fn fitness(&self, track: &Track) -> f64 {
+        self.fitness_so_far(track).last().copied().unwrap_or(0.0)
+    }
+
+    /// The fitness up to each observation of a track: 0 for the first one.
+    #[must_use]
+    pub fn fitness_so_far(&self, track: &Track) -> Vec<f64> {
+        let mut seen = track.samples.iter().map(Sample::observation);
+        let Some(first) = seen.next() else { return Vec::new() };
+        let (mut past, mut fitness) = (Past::new(first), 0.0);
+        let steps = seen.map(|after| {
+            fitness += self.step_fitness(&past, &after);
+            past.push(after);
+            fitness
+        });
+        core::iter::once(0.0).chain(steps).collect()
+    }
+
+    /// The best fitness there can be of a seedling at the start, where it is known.
+    #[must_use]
+    pub fn best_fitness(&self) -> Option<f64> {
+        self.score.best(self, &Observation::simulated(self.start))
+    }
+
+    /// [`Score::is_done`].
+    #[must_use]
+    pub fn is_done(&self, track: &Track) -> Option<bool> {
+        self.score.is_done(self, track)
+    }
+
+    /// [`Score::crossings`].
+    #[must_use]
+    pub fn crossings(&self, track: &Track) -> Vec<Option<Crossing>> {
+        self.score.crossings(self, track)
+    }
+
+    /// Whether there is anything to reach, so that fitness means something.
+    #[must_use]
+    pub fn has_goal(&self) -> bool {
+        !self.targets.is_empty() || self.has_form() || self.pole.is_some() || self.is_to_draw()
+    }
+
+    /// Whether the whole stem counts, so that a track needs it.
+    #[must_use]
+    pub fn is_about_stem(&self) -> bool {
+        !self.obstacles.is_empty() || self.has_form() || self.pole.is_some()
+    }
+
+    /// Whether the task takes a plant that is seen in space.
+    #[must_use]
+    pub fn is_in_space(&self) -> bool {
+        !self.depths_cm.is_empty() || self.pole.is_some()
+    }
+
+    /// Points towards which controllers steer, as the front camera sees them, in ascending height, in cm: the targets, points on
+    /// the way to them, and the line of a form.
+    #[must_use]
+    pub fn way(&self) -> Vec<Point> {
+        let mut way = [self.way_points.clone(), self.targets.clone(), self.upper_line()].concat();
+        way.sort_by(|one, other| one.y.total_cmp(&other.y));
+        way
+    }
+
+    /// The targets of a task in space, in ascending height, in cm; `None` for a task in the plane of the front camera.
+    #[must_use]
+    pub fn way_in_space(&self) -> Option<Vec<SpacePoint>> {
+        let places = self.targets.iter().zip(&self.depths_cm).map(|(target, z)| [target.x, target.y, *z]);
+        (!self.depths_cm.is_empty()).then(|| places.collect())
+    }
+
+    /// Solids of this task in the virtual tent: its obstacles and its pole.
+    #[must_use]
+    pub fn solids(&self) -> Vec<Solid> {
+        self.obstacles.iter().copied().map(Solid::from).chain(self.pole.map(Solid::from)).collect()
+    }
+
+    /// [`Score::title`].
+    #[must_use]
+    pub fn title(&self) -> String {
+        self.score.title(self)
+    }
+
+    /// A fitness with its unit, and the best there can be where it is known: `9.50 cm of at most 11.14`.
+    #[must_use]
+    pub fn fitness_in_words(&self, fitness: f64) -> String {
+        let most = self.best_fitness().map_or_else(String::new, |best| format!(" of at most {best:.2}"));
+        format!("{fitness:.2} {}{most}", self.score.unit())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::geometry::Polyline;
+    use crate::observation::Depth;
+    use crate::obstacle::{Obstacle, Pole};
+
+    /// A track of tips, in the dark.
+    pub(super) fn track(tips: &[(f64, f64)]) -> Track {
+        let samples = tips.iter().enumerate().map(|(step, &(x, y))| {
+            let seen = Observation::simulated(Point::new(x, y));
+            Sample::of(seen, step as u32, 0.0, None)
+        });
+        Track::of(samples.collect())
+    }
+
+    fn refusal(task: &Task) -> String {
+        task.check().unwrap_err().to_string()
+    }
+
+    #[test]
+    fn every_kind_is_known_by_its_name_and_has_keys_that_there_are() {
+        for task in kinds() {
+            let (kind, keys) = (task.score.kind(), task.score.keys());
+            assert!(keys.iter().all(|key| keys::ALL.contains(key)), "{kind}: {keys:?}");
+            assert_eq!(kinds().iter().filter(|other| other.score.kind() == kind).count(), 1, "{kind}");
+            assert!(task.check().is_ok() || kind == "shape", "{kind}: {}", refusal(&task));
         }
-        fitness
+    }
+
+    #[test]
+    fn values_that_are_not_allowed_are_named() {
+        let points = |points: &[[f64; 2]]| points.iter().copied().map(Point::from).collect::<Vec<_>>();
+        let swapped = Task { targets: points(&[[1.0, 9.0], [1.0, 6.0]]), ..Task::default() };
+        let flat = Obstacle::Disc { centre: Point::new(0.0, 8.0), radius_cm: -1.0 };
+        let on_root = Pole { at: [0.5, 0.0], radius_cm: 1.0, height_cm: 40.0 };
+        let cases = [
+            (swapped, "targets[1] = [1.0, 6.0]"),
+            (Task { end_height_cm: 10.0, ..Task::default() }, "end_height_cm = 10"),
+            (Task { start: Point::new(0.0, -1.0), ..Task::default() }, "start = [0.0, -1.0]"),
+            (Task { turns: 2.0, ..Task::default() }, "this key only beside kind = \"spiral\""),
+            (Task { targets: Vec::new(), ..Task::obstacles() }, "targets = []"),
+            (Task { obstacles: vec![flat], ..Task::obstacles() }, "obstacles[0].radius_cm = -1"),
+            (
+                Task { way_points: points(&[[1.0, 9.0], [1.0, 8.0]]), ..Task::obstacles() },
+                "way_points[1] = [1.0, 8.0]",
+            ),
+            (Task::shape(), "line = []"),
+            (Task { radius_cm: Some(0.0), ..Task::shape() }, "radius_cm = 0"),
+            (Task { lean_deg: Some(120.0), ..Task::shape() }, "lean_deg = 120"),
+            (Task { line: points(&[[0.0, 0.0]]), ..Task::shape() }, "one point"),
+            (Task { within_cm: 0.0, ..Task::shape() }, "within_cm = 0"),
+            (Task { depths_cm: vec![1.0], ..Task::space() }, "depths_cm = [1.0]"),
+            (Task { depths_cm: vec![1.0, f64::NAN, 0.0], ..Task::space() }, "depths_cm = [1.0, NaN, 0.0]"),
+            (Task { pole: Some(on_root), ..Task::spiral() }, "pole.at"),
+            (Task { count: 0, ..Task::random_targets() }, "count = 0"),
+            (Task { highest_cm: 3.0, ..Task::random_targets() }, "highest_cm = 3"),
+            (Task { end_height_cm: 9.0, ..Task::random_targets() }, "end_height_cm = 9"),
+            (Task { max_steps: 0, ..Task::open_loop(1) }, "max_steps = 0"),
+        ];
+        for (task, words) in cases {
+            assert!(refusal(&task).contains(words), "{words}: {}", refusal(&task));
+        }
+    }
+
+    /// One observation: the tip, the depth of the tip, and how far the middle of the stem bows in x and z, in cm.
+    fn seen() -> impl Strategy<Value = Observation> {
+        let numbers = (-10.0..10.0, 0.5..40.0, -10.0..10.0, -5.0..5.0, -5.0..5.0);
+        numbers.prop_map(|(x, y, z, bow_x, bow_z)| {
+            let middle = Point::new(x / 2.0 + bow_x, y / 2.0);
+            let stem = Polyline(vec![Point::default(), middle, Point::new(x, y)]);
+            let depth = Depth { tip_cm: z, stem_cm: vec![0.0, z / 2.0 + bow_z, z] };
+            Observation { stem: Some(stem), depth: Some(depth), ..Observation::simulated(Point::new(x, y)) }
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn no_track_beats_the_best(all in prop::collection::vec(seen(), 2..60), is_stem_seen: bool) {
+            let samples = all.into_iter().enumerate().map(|(step, seen)| {
+                let stem = seen.stem.clone().filter(|_| is_stem_seen);
+                Sample::of(Observation { stem, ..seen }, step as u32, 0.0, None)
+            });
+            let track = Track::of(samples.collect());
+            let first = track.samples[0].observation();
+            let apex = Some(Point::new(2.0, 5.0));
+            for task in kinds().into_iter().chain([Task { apex, lean_deg: Some(20.0), ..Task::shape() }]) {
+                if let Some(best) = task.score.best(&task, &first) {
+                    let fitness = task.fitness(&track);
+                    prop_assert!(fitness <= best + 1e-9, "{}: {fitness} of at most {best}", task.title());
+                }
+            }
+        }
     }
 }

@@ -3,9 +3,7 @@
 //! The paper names obstacle avoidance as future work (section 5). Touching is judged by the seen stem and its radius. A plant
 //! that leans on an obstacle touches it without going in; a model of the stem knows no contact and goes in.
 
-use serde::{Deserialize, Serialize};
-
-use super::{Targets, Task};
+use super::{Crossing, Past, Score, Task};
 use crate::check::{OutOfRange, ensure};
 use crate::geometry::Point;
 use crate::math;
@@ -39,72 +37,25 @@ const TARGET_WORTH: f64 = 2.0;
 const FREE_SHARE: f64 = 0.8;
 
 /// Targets that the tip is to pass within reach, while the stem touches no obstacle.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Obstacles {
-    /// Tip of the seedling at the start of a simulated experiment, in cm, y above 0. Paper: (0, 4).
-    pub start: Point,
-    /// Targets in ascending height above the start, in cm; at least one.
-    pub targets: Vec<Point>,
-    /// What the stem must not touch.
-    pub obstacles: Vec<Obstacle>,
-    /// Points in ascending height, in cm, by which controllers steer on their way to the targets. They are worth nothing.
-    pub way_points: Vec<Point>,
-    /// Distance from a target, at its height, within which the tip has reached it, in cm above 0.
-    pub reach_cm: f64,
-    /// Radius of the stem, in cm above 0: its midline must keep so far from each obstacle.
-    pub stem_radius_cm: f64,
-    /// Height of the tip at which the experiment ends, in cm; that of the highest target or more.
-    pub end_height_cm: f64,
-    /// Steps after which the experiment ends although the tip is lower, 1 to 1000000.
-    pub max_steps: u32,
-}
+#[derive(Clone, Copy, Debug)]
+pub struct Obstacles;
 
-impl Default for Obstacles {
+impl Task {
     /// A disc of 1 cm straight above the seedling, and a target above the disc.
-    fn default() -> Self {
+    #[must_use]
+    pub fn obstacles() -> Self {
         Self {
-            start: Point::new(0.0, 4.0),
             targets: vec![Point::new(0.0, 13.0)],
             obstacles: vec![Obstacle::Disc { centre: Point::new(0.0, 8.0), radius_cm: 1.0 }],
-            way_points: Vec::new(),
-            reach_cm: 1.5,
-            // Chosen by hand: common beans of this age have stems of 2 to 4 mm.
-            stem_radius_cm: 0.15,
             end_height_cm: 13.0,
-            max_steps: 1000,
+            ..Self::new(Obstacles)
         }
-    }
-}
-
-impl Obstacles {
-    /// Checks what a file may have got wrong.
-    ///
-    /// # Errors
-    /// [`OutOfRange`] names the key, its value and the allowed values.
-    pub fn check(&self) -> Result<(), OutOfRange> {
-        let Self { start, targets, end_height_cm, max_steps, .. } = self.clone();
-        ensure(!targets.is_empty(), "targets", "[]", "at least one target")?;
-        Targets { start, targets, end_height_cm, max_steps }.check()?;
-        for (index, obstacle) in self.obstacles.iter().enumerate() {
-            obstacle.check().map_err(|error| error.in_table(&format!("obstacles[{index}]")))?;
-        }
-        for (index, pair) in self.way_points.windows(2).enumerate() {
-            let found = format!("{:?}", <[f64; 2]>::from(pair[1]));
-            let wanted = "a point higher than the one before it";
-            ensure(pair[1].y > pair[0].y, format!("way_points[{}]", index + 1), found, wanted)?;
-        }
-        let are_finite = self.way_points.iter().all(|point| point.is_finite());
-        ensure(are_finite, "way_points", "a number that is not finite", "cm")?;
-        let is_length = |value: f64| value > 0.0 && value.is_finite();
-        ensure(is_length(self.reach_cm), "reach_cm", self.reach_cm, "cm above 0")?;
-        ensure(is_length(self.stem_radius_cm), "stem_radius_cm", self.stem_radius_cm, "cm above 0")
     }
 
     /// Gap between the surfaces of stem and obstacles, in cm, below 0 if the stem is in one; infinite if no stem or no obstacle
     /// is seen.
     #[must_use]
-    pub fn gap(&self, seen: &Observation) -> f64 {
+    pub fn gap_cm(&self, seen: &Observation) -> f64 {
         self.gap_below(f64::INFINITY, seen)
     }
 
@@ -126,12 +77,12 @@ impl Obstacles {
         if now < TOUCH_CM { contact_cost(was, now) } else { 0.0 }
     }
 
-    /// `worth`, and what a target is worth that the tip passes from `before` to `after`.
-    pub(crate) fn add_target(&self, worth: f64, target: Point, [before, after]: [Point; 2]) -> f64 {
-        if !(before.y < target.y && after.y >= target.y) {
+    /// `worth`, and what a target is worth that the tip passes for the first time `at` a place; it was `highest_cm` high before.
+    pub(crate) fn add_target(&self, worth: f64, target: Point, highest_cm: f64, at: Point) -> f64 {
+        if !(highest_cm < target.y && at.y >= target.y) {
             return worth;
         }
-        let distance = after.distance(target);
+        let distance = at.distance(target);
         worth - (distance - FREE_SHARE * self.reach_cm).max(0.0)
             + if distance <= self.reach_cm { TARGET_WORTH } else { 0.0 }
     }
@@ -158,18 +109,18 @@ fn contact_cost(was: f64, gap: f64) -> f64 {
     onset + STEP_COST + DEPTH_COST_PER_CM * deeper.max(0.0)
 }
 
-impl Task for Obstacles {
-    fn is_over(&self, step: u32, seen: &Observation) -> bool {
-        seen.tip.y >= self.end_height_cm || step >= self.max_steps
+impl Score for Obstacles {
+    /// A target within reach is worth 2, once; beyond that each cm costs 1. Each contact costs 2, each step of it 0.02, and each
+    /// cm that the stem goes deeper into an obstacle 3, which only a model does.
+    fn step_fitness(&self, task: &Task, past: &Past, after: &Observation) -> f64 {
+        let add = |worth, target: &Point| task.add_target(worth, *target, past.highest_cm, after.tip);
+        let worth = task.targets.iter().fold(0.0, add);
+        let gap = task.gap_below(TOUCH_CM, after);
+        if gap < TOUCH_CM { worth - contact_cost(task.gap_below(TOUCH_CM, &past.latest), gap) } else { worth }
     }
 
-    /// A target within reach is worth 2; beyond that each cm costs 1. Each contact costs 2, each step of it 0.02, and each cm
-    /// that the stem goes deeper into an obstacle 3, which only a model does.
-    fn step_fitness(&self, _first: &Observation, before: &Observation, after: &Observation) -> f64 {
-        let tips = [before.tip, after.tip];
-        let worth = self.targets.iter().fold(0.0, |worth, target| self.add_target(worth, *target, tips));
-        let gap = self.gap_below(TOUCH_CM, after);
-        if gap < TOUCH_CM { worth - contact_cost(self.gap_below(TOUCH_CM, before), gap) } else { worth }
+    fn best(&self, task: &Task, first: &Observation) -> Option<f64> {
+        Some(TARGET_WORTH * task.targets.iter().filter(|target| target.y > first.tip.y).count() as f64)
     }
 
     /// Below 0 the logarithm: a plant that failed has failed, and how far it went into an obstacle matters little. By the mean
@@ -178,39 +129,43 @@ impl Task for Obstacles {
         if fitness < 0.0 { -math::ln(1.0 - fitness) } else { fitness }
     }
 
-    fn start(&self) -> Point {
-        self.start
-    }
-
-    fn targets(&self) -> Vec<Point> {
-        self.targets.clone()
-    }
-
-    fn way(&self) -> Vec<Point> {
-        let mut way = [self.way_points.clone(), self.targets.clone()].concat();
-        way.sort_by(|one, other| one.y.total_cmp(&other.y));
-        way
-    }
-
-    fn obstacles(&self) -> &[Obstacle] {
-        &self.obstacles
-    }
-
-    fn best_fitness(&self) -> Option<f64> {
-        Some(TARGET_WORTH * self.targets.len() as f64)
-    }
-
-    fn as_obstacles(&self) -> Option<&Obstacles> {
-        Some(self)
-    }
-
     /// `None` for a track without stems.
-    fn is_done(&self, track: &Track) -> Option<bool> {
+    fn is_done(&self, task: &Task, track: &Track) -> Option<bool> {
         track.samples.iter().find(|sample| sample.stem.is_some())?;
-        let is_reached = |crossing: &Option<super::Crossing>| {
-            crossing.is_some_and(|crossing| crossing.distance_cm <= self.reach_cm)
+        let is_reached = |crossing: &Option<Crossing>| {
+            crossing.is_some_and(|crossing| crossing.distance_cm <= task.reach_cm)
         };
-        Some(self.contacts(track) == 0 && self.crossings(track).iter().all(is_reached))
+        Some(task.contacts(track) == 0 && task.crossings(track).iter().all(is_reached))
+    }
+
+    fn title(&self, task: &Task) -> String {
+        let targets = super::Targets.title(task);
+        match task.obstacles.len() {
+            0 => targets,
+            1 => format!("{targets} behind 1 obstacle"),
+            count => format!("{targets} behind {count} obstacles"),
+        }
+    }
+
+    fn kind(&self) -> &'static str {
+        "obstacles"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &[
+            "start",
+            "targets",
+            "obstacles",
+            "way_points",
+            "reach_cm",
+            "stem_radius_cm",
+            "end_height_cm",
+            "max_steps",
+        ]
+    }
+
+    fn check(&self, task: &Task) -> Result<(), OutOfRange> {
+        ensure(!task.targets.is_empty(), "targets", "[]", "at least one target")
     }
 }
 
@@ -245,7 +200,7 @@ mod tests {
 
     #[test]
     fn a_way_round_the_disc_is_worth_the_target() {
-        let task = Obstacles::default();
+        let task = Task::obstacles();
         let round =
             track(&[&[(0.0, 4.0)], &[(2.0, 6.0), (2.0, 9.0)], &[(2.0, 6.0), (2.0, 10.0), (0.5, 13.0)]]);
         assert_eq!((task.fitness(&round), task.contacts(&round), task.is_done(&round)), (2.0, 0, Some(true)));
@@ -256,7 +211,7 @@ mod tests {
 
     #[test]
     fn a_way_through_the_disc_costs_more_than_the_target_is_worth() {
-        let task = Obstacles::default();
+        let task = Task::obstacles();
         let through = track(&[&[(0.0, 4.0)], &[(0.0, 7.5)], &[(0.0, 13.0)]]);
         // 0.65 cm deep at first, then to the centre: 1.15 cm, of which 0.15 cost nothing; two steps of contact, one target.
         let expected = 2.0 - 2.0 - 2.0 * 0.02 - 3.0 * 1.0;
@@ -268,39 +223,37 @@ mod tests {
     fn a_track_without_stems_does_not_say_whether_the_task_was_done() {
         let mut tips = track(&[&[(0.0, 4.0)], &[(0.0, 13.0)]]);
         tips.samples.iter_mut().for_each(|sample| sample.stem = None);
-        assert_eq!(Obstacles::default().is_done(&tips), None);
+        assert_eq!(Task::obstacles().is_done(&tips), None);
     }
 
     #[test]
     fn controllers_steer_by_way_points_and_targets() {
-        let task = Obstacles { way_points: vec![Point::new(3.0, 10.0)], ..Obstacles::default() };
+        let task = Task { way_points: vec![Point::new(3.0, 10.0)], ..Task::obstacles() };
         task.check().unwrap();
         assert_eq!(task.way(), [Point::new(3.0, 10.0), Point::new(0.0, 13.0)]);
-        assert_eq!(task.targets(), [Point::new(0.0, 13.0)]);
+        assert_eq!(task.targets, [Point::new(0.0, 13.0)]);
     }
 
     #[test]
     fn mistakes_are_named() {
-        let refused = |task: Obstacles, words: &str| {
+        let refused = |task: Task, words: &str| {
             let error = task.check().unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         };
-        refused(Obstacles { targets: Vec::new(), ..Obstacles::default() }, "targets = []");
+        refused(Task { targets: Vec::new(), ..Task::obstacles() }, "targets = []");
         let flat = Obstacle::Disc { centre: Point::new(0.0, 8.0), radius_cm: -1.0 };
-        refused(Obstacles { obstacles: vec![flat], ..Obstacles::default() }, "obstacles[0].radius_cm = -1");
+        refused(Task { obstacles: vec![flat], ..Task::obstacles() }, "obstacles[0].radius_cm = -1");
         let down = vec![Point::new(1.0, 9.0), Point::new(1.0, 8.0)];
-        refused(Obstacles { way_points: down, ..Obstacles::default() }, "way_points[1] = [1.0, 8.0]");
+        refused(Task { way_points: down, ..Task::obstacles() }, "way_points[1] = [1.0, 8.0]");
     }
 
     #[test]
     fn a_plant_that_failed_badly_is_little_worse_than_one_that_failed() {
-        let utility = |fitness| Obstacles::default().utility(fitness);
+        let utility = |fitness| Obstacles.utility(fitness);
         let utilities = [-30.0, -3.0, -0.1, 0.0, 1.0, 2.0].map(utility);
         assert!(utilities.is_sorted(), "{utilities:?}");
         assert_eq!(utilities[3..], [0.0, 1.0, 2.0]);
         assert!(utility(-3.0) - utility(-30.0) < utility(2.0) - utility(-0.1));
-        let spec = crate::task::TaskSpec::Obstacles(Obstacles::default());
-        assert_eq!(spec.utility(-3.0), utility(-3.0));
     }
 
     proptest! {
@@ -311,11 +264,11 @@ mod tests {
             let stems: Vec<Vec<(f64, f64)>> =
                 middles.iter().map(|&(x, y)| vec![(x, y), (x / 2.0, y + 5.0)]).collect();
             let track = track(&stems.iter().map(Vec::as_slice).collect::<Vec<_>>());
-            let task = Obstacles { obstacles: vec![
+            let task = Task { obstacles: vec![
                 Obstacle::Disc { centre: Point::new(-5.2, 8.0), radius_cm: 1.0 },
                 Obstacle::Line { ends: [Point::new(0.0, 6.5), Point::new(8.0, 6.5)] },
-            ], ..Obstacles::default() };
-            let image = Obstacles {
+            ], ..Task::obstacles() };
+            let image = Task {
                 obstacles: task.obstacles.iter().map(|obstacle| obstacle.mirrored()).collect(), ..task.clone()
             };
             let difference = task.fitness(&track) - image.fitness(&track.mirrored().unwrap());

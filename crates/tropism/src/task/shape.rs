@@ -3,50 +3,16 @@
 //! The paper names "curve radius, apex point of curve, inflection point" as what a fitness on the whole stem could use
 //! (section 4). Each is measured on the ten points of the seen stem, and each difference is put in cm.
 
-use serde::{Deserialize, Serialize};
-
-use super::{Crossing, Targets, Task};
+use super::{Crossing, Past, Score, Task};
 use crate::check::{OutOfRange, ensure};
 use crate::geometry::{Point, Polyline, STEM_POINTS};
 use crate::math::atan2;
 use crate::observation::Observation;
 use crate::track::Track;
 
-/// A form that the stem is to have when its tip reaches a height.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Shape {
-    /// Tip of the seedling at the start of a simulated experiment, in cm, y above 0.
-    pub start: Point,
-    /// Line from the root upwards, in cm, on which the stem is to lie: two points or more. Empty for none.
-    pub line: Vec<Point>,
-    /// Where the apex of the stem's curve is to be, in cm: its point farthest from the straight line between its ends.
-    pub apex: Option<Point>,
-    /// Radius of the circle through root, apex of the curve and tip, in cm: above 0 for a bow to the right, below 0 to the left.
-    pub radius_cm: Option<f64>,
-    /// Where the curve of the stem is to change its side, in cm.
-    pub inflection: Option<Point>,
-    /// Angle of the upper third of the stem to the vertical, in degrees, -90 to 90: above 0 to the right.
-    pub lean_deg: Option<f64>,
-    /// Mean difference, in cm above 0, within which the task is done.
-    pub within_cm: f64,
-    /// Height of the tip at which the experiment ends, in cm; that of the start or more.
-    pub end_height_cm: f64,
-    /// Steps after which the experiment ends although the tip is lower, 1 to 1000000.
-    pub max_steps: u32,
-}
-
-impl Default for Shape {
-    /// A bow to the right and back.
-    fn default() -> Self {
-        let line = [(0.0, 0.0), (0.4, 3.0), (1.8, 6.0), (2.4, 9.0), (1.2, 12.0)];
-        Self {
-            line: line.map(|(x, y)| Point::new(x, y)).to_vec(),
-            end_height_cm: 12.0,
-            ..Self::of(Targets::default().start)
-        }
-    }
-}
+/// A form that the stem is to have when its tip reaches a height: a line, or what is wanted of its bow.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape;
 
 /// The bow of a stem between its ends.
 struct Bow {
@@ -88,57 +54,28 @@ fn inflection(stem: &[Point]) -> Option<Point> {
     Some(stem[change + 1].lerp(stem[change + 2], share))
 }
 
-impl Shape {
-    /// No form yet, from a seedling whose tip is at `start`: fields are set beside it.
+impl Task {
+    /// No form yet: keys are set beside it.
     #[must_use]
-    pub fn of(start: Point) -> Self {
-        Self {
-            start,
-            line: Vec::new(),
-            apex: None,
-            radius_cm: None,
-            inflection: None,
-            lean_deg: None,
-            within_cm: 0.5,
-            end_height_cm: 12.0,
-            max_steps: Targets::default().max_steps,
-        }
+    pub fn shape() -> Self {
+        Self { end_height_cm: 12.0, ..Self::new(Shape) }
     }
 
-    /// Checks what a file may have got wrong.
-    ///
-    /// # Errors
-    /// [`OutOfRange`] names the key, its value and the allowed values.
-    pub fn check(&self) -> Result<(), OutOfRange> {
-        let Self { start, end_height_cm, max_steps, .. } = *self;
-        Targets { start, targets: Vec::new(), end_height_cm, max_steps }.check()?;
-        ensure(end_height_cm.is_finite(), "end_height_cm", end_height_cm, "cm")?;
-        let points = [self.apex, self.inflection].into_iter().flatten().chain(self.line.iter().copied());
-        for point in points {
-            let found = format!("{:?}", <[f64; 2]>::from(point));
-            ensure(point.is_finite(), "a point", found, "[x, y] in cm")?;
-        }
-        ensure(self.line.len() != 1, "line", "one point", "two points or more, from the root upwards")?;
-        let has_goal = self.line.len() > 1
+    /// Whether a form of the stem is wanted.
+    #[must_use]
+    pub const fn has_form(&self) -> bool {
+        !self.line.is_empty()
             || self.apex.is_some()
-            || self.inflection.is_some()
             || self.radius_cm.is_some()
-            || self.lean_deg.is_some();
-        ensure(has_goal, "line", "[]", "a line, or one of apex, radius_cm, inflection and lean_deg")?;
-        if let Some(radius) = self.radius_cm {
-            ensure(radius.is_finite() && radius != 0.0, "radius_cm", radius, "cm, below or above 0")?;
-        }
-        if let Some(lean) = self.lean_deg {
-            ensure((-90.0..=90.0).contains(&lean), "lean_deg", lean, "-90 to 90 degrees")?;
-        }
-        ensure(self.within_cm > 0.0 && self.within_cm.is_finite(), "within_cm", self.within_cm, "cm above 0")
+            || self.inflection.is_some()
+            || self.lean_deg.is_some()
     }
 
     /// The mean difference between the form of a stem and the wanted one, in cm, over what is wanted: for a line the mean
     /// distance of ten points, for a point its distance, for a radius the difference in the height of the bow, for a lean the
-    /// difference at the end of the upper third. Where the stem has no inflection, its whole length.
+    /// difference at the end of the upper third. Where the stem has no inflection, its whole length. 0 where no form is wanted.
     #[must_use]
-    pub fn difference_cm(&self, stem: &Polyline) -> f64 {
+    pub fn form_difference_cm(&self, stem: &Polyline) -> f64 {
         let ten = stem.resampled(STEM_POINTS);
         if ten.0.len() < STEM_POINTS {
             return f64::INFINITY;
@@ -169,15 +106,15 @@ impl Shape {
     }
 
     /// The difference of what is seen; that of a straight stem to the tip where no stem is seen.
-    fn difference(&self, seen: &Observation) -> f64 {
+    fn seen_difference_cm(&self, seen: &Observation) -> f64 {
         match &seen.stem {
-            Some(stem) => self.difference_cm(stem),
-            None => self.difference_cm(&Polyline(vec![Point::default(), seen.tip])),
+            Some(stem) => self.form_difference_cm(stem),
+            None => self.form_difference_cm(&Polyline(vec![Point::default(), seen.tip])),
         }
     }
 
-    /// The line from the height of the seedling up, or the apex of the curve.
-    fn upper_line(&self) -> Vec<Point> {
+    /// The line from the height of the seedling up, or the apex of the curve: along it controllers steer the tip.
+    pub(super) fn upper_line(&self) -> Vec<Point> {
         let mut way: Vec<Point> = Vec::new();
         for point in self.line.iter().chain(self.apex.iter().filter(|_| self.line.is_empty())) {
             if point.y > way.last().map_or(self.start.y, |last| last.y) {
@@ -188,51 +125,56 @@ impl Shape {
     }
 }
 
-impl Task for Shape {
-    fn is_over(&self, step: u32, seen: &Observation) -> bool {
-        seen.tip.y >= self.end_height_cm || step >= self.max_steps
-    }
-
+impl Score for Shape {
     /// By how much the step brings the stem nearer to the form, in cm. Over an experiment: the difference of the seedling less
     /// that of the grown stem.
-    fn step_fitness(&self, _first: &Observation, before: &Observation, after: &Observation) -> f64 {
-        self.difference(before) - self.difference(after)
+    fn step_fitness(&self, task: &Task, past: &Past, after: &Observation) -> f64 {
+        task.seen_difference_cm(&past.latest) - task.seen_difference_cm(after)
     }
 
-    fn start(&self) -> Point {
-        self.start
-    }
-
-    fn has_goal(&self) -> bool {
-        true
-    }
-
-    fn is_about_stem(&self) -> bool {
-        true
-    }
-
-    /// Controllers steer the tip along the line.
-    fn way(&self) -> Vec<Point> {
-        self.upper_line()
-    }
-
-    fn shape(&self) -> &[Point] {
-        &self.line
-    }
-
-    /// One, at the end: its distance is the mean difference. `None` where the tip did not reach the height.
-    fn crossings(&self, track: &Track) -> Vec<Option<Crossing>> {
-        let end = track.samples.iter().find(|sample| sample.tip.y >= self.end_height_cm);
-        vec![end.map(|sample| Crossing {
-            step: sample.step,
-            distance_cm: self.difference(&sample.observation()),
-        })]
+    /// The difference of the seedling: an upright one, where no stem is seen.
+    fn best(&self, task: &Task, first: &Observation) -> Option<f64> {
+        Some(task.seen_difference_cm(first))
     }
 
     /// `None` for a track without stems.
-    fn is_done(&self, track: &Track) -> Option<bool> {
+    fn is_done(&self, task: &Task, track: &Track) -> Option<bool> {
         track.samples.iter().find(|sample| sample.stem.is_some())?;
-        Some(self.crossings(track)[0].is_some_and(|end| end.distance_cm <= self.within_cm))
+        Some(self.crossings(task, track)[0].is_some_and(|end| end.distance_cm <= task.within_cm))
+    }
+
+    /// One, at the end: its distance is the mean difference. `None` where the tip did not reach the height.
+    fn crossings(&self, task: &Task, track: &Track) -> Vec<Option<Crossing>> {
+        let end = track.samples.iter().find(|sample| sample.tip.y >= task.end_height_cm);
+        let distance_cm = |seen: Observation| task.seen_difference_cm(&seen);
+        vec![end.map(|end| Crossing { step: end.step, distance_cm: distance_cm(end.observation()) })]
+    }
+
+    fn title(&self, _task: &Task) -> String {
+        "a form of the stem".to_owned()
+    }
+
+    fn kind(&self) -> &'static str {
+        "shape"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &[
+            "start",
+            "line",
+            "apex",
+            "radius_cm",
+            "inflection",
+            "lean_deg",
+            "within_cm",
+            "end_height_cm",
+            "max_steps",
+        ]
+    }
+
+    fn check(&self, task: &Task) -> Result<(), OutOfRange> {
+        ensure(task.has_form(), "line", "[]", "a line, or one of apex, radius_cm, inflection and lean_deg")?;
+        ensure(task.end_height_cm.is_finite(), "end_height_cm", task.end_height_cm, "cm")
     }
 }
 
@@ -252,19 +194,25 @@ mod tests {
         Polyline((0..=60).map(point).collect())
     }
 
-    fn wanting(goal: impl FnOnce(&mut Shape)) -> Shape {
-        let mut shape = Shape::of(Point::new(0.0, 4.0));
-        goal(&mut shape);
-        shape
+    fn wanting(goal: impl FnOnce(&mut Task)) -> Task {
+        let mut task = Task::shape();
+        goal(&mut task);
+        task
+    }
+
+    /// A bow to the right and back.
+    fn bowed() -> Task {
+        let line = [(0.0, 0.0), (0.4, 3.0), (1.8, 6.0), (2.4, 9.0), (1.2, 12.0)];
+        Task { line: line.map(|(x, y)| Point::new(x, y)).to_vec(), ..Task::shape() }
     }
 
     #[test]
     fn a_stem_on_the_line_differs_by_nothing() {
-        let shape = Shape::default();
+        let shape = bowed();
         shape.check().unwrap();
-        assert!(shape.difference_cm(&Polyline(shape.line.clone())) < 1e-12);
+        assert!(shape.form_difference_cm(&Polyline(shape.line.clone())) < 1e-12);
         let aside = Polyline(shape.line.iter().map(|point| Point::new(point.x + 0.3, point.y)).collect());
-        assert!((shape.difference_cm(&aside) - 0.3).abs() < 1e-12);
+        assert!((shape.form_difference_cm(&aside) - 0.3).abs() < 1e-12);
     }
 
     #[test]
@@ -277,12 +225,12 @@ mod tests {
             apex.distance(Point::new(8.0 * (1.0 - FRAC_1_SQRT_2), 8.0 * FRAC_1_SQRT_2)) < 0.8,
             "{apex:?}"
         );
-        assert!(wanting(|shape| shape.radius_cm = Some(-8.0)).difference_cm(&stem) < 0.02);
-        assert!(wanting(|shape| shape.radius_cm = Some(8.0)).difference_cm(&stem) > 3.0);
-        let lean = wanting(|shape| shape.lean_deg = Some(75.0)).difference_cm(&stem);
+        assert!(wanting(|shape| shape.radius_cm = Some(-8.0)).form_difference_cm(&stem) < 0.02);
+        assert!(wanting(|shape| shape.radius_cm = Some(8.0)).form_difference_cm(&stem) > 3.0);
+        let lean = wanting(|shape| shape.lean_deg = Some(75.0)).form_difference_cm(&stem);
         assert!(lean < 0.1, "the upper third leans by 60 to 90 degrees: {lean}");
         // It bends one way only.
-        let none = wanting(|shape| shape.inflection = Some(apex)).difference_cm(&stem);
+        let none = wanting(|shape| shape.inflection = Some(apex)).form_difference_cm(&stem);
         assert!((none - ten.length()).abs() < 1e-9);
     }
 
@@ -292,12 +240,12 @@ mod tests {
         let stem = Polyline(s.collect());
         let middle = Point::new(0.0, core::f64::consts::TAU);
         let shape = wanting(|shape| shape.inflection = Some(middle));
-        assert!(shape.difference_cm(&stem) < 0.4, "{}", shape.difference_cm(&stem));
+        assert!(shape.form_difference_cm(&stem) < 0.4, "{}", shape.form_difference_cm(&stem));
     }
 
     #[test]
     fn mistakes_are_named() {
-        let refused = |shape: Shape, words: &str| {
+        let refused = |shape: Task, words: &str| {
             let error = shape.check().unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         };
@@ -305,7 +253,7 @@ mod tests {
         refused(wanting(|shape| shape.radius_cm = Some(0.0)), "radius_cm = 0");
         refused(wanting(|shape| shape.lean_deg = Some(120.0)), "lean_deg = 120");
         refused(wanting(|shape| shape.line = vec![Point::default()]), "one point");
-        refused(Shape { within_cm: 0.0, ..Shape::default() }, "within_cm = 0");
+        refused(Task { within_cm: 0.0, ..bowed() }, "within_cm = 0");
     }
 
     proptest! {
@@ -314,17 +262,17 @@ mod tests {
             xs in prop::collection::vec(-3.0..3.0, 8), lean in -60.0..60.0, radius in 3.0..30.0,
         ) {
             let stem = Polyline(xs.iter().enumerate().map(|(i, &x)| Point::new(x, 1.5 * i as f64)).collect());
-            let shape = Shape {
-                lean_deg: Some(lean), radius_cm: Some(radius), apex: Some(Point::new(1.0, 6.0)), ..Shape::default()
+            let shape = Task {
+                lean_deg: Some(lean), radius_cm: Some(radius), apex: Some(Point::new(1.0, 6.0)), ..bowed()
             };
-            let image = Shape {
+            let image = Task {
                 line: shape.line.iter().map(|point| point.mirrored()).collect(),
                 lean_deg: Some(-lean),
                 radius_cm: Some(-radius),
                 apex: shape.apex.map(Point::mirrored),
                 ..shape.clone()
             };
-            let difference = shape.difference_cm(&stem) - image.difference_cm(&stem.mirrored());
+            let difference = shape.form_difference_cm(&stem) - image.form_difference_cm(&stem.mirrored());
             prop_assert!(difference.abs() < 1e-9, "{difference}");
         }
     }

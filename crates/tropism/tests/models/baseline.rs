@@ -7,12 +7,12 @@ use tropism::control::{NetworkController, Sensors};
 use tropism::evolve::baseline;
 use tropism::random::{NoiseStream, Purpose};
 use tropism::simulation::fitness_of;
-use tropism::task::Targets;
+use tropism::task::Task;
 use tropism_neat::{Activation, Config, random_genome};
 
 #[test]
 fn a_baseline_is_what_each_of_its_genomes_does_by_itself() {
-    let (model, task, sensors) = (leaning(), Targets::default(), Sensors::default());
+    let (model, task, sensors) = (leaning(), Task::default(), Sensors::default());
     for output_activation in [Activation::UnsignedStep, Activation::SignedStep] {
         let neat = Config { output_activation, ..Config::wahby2016() };
         let scores: Vec<f64> = (0..1100)
@@ -37,7 +37,7 @@ fn a_baseline_is_what_each_of_its_genomes_does_by_itself() {
 #[test]
 fn a_baseline_that_is_broken_off_begins_no_further_work() {
     let (model, sensors) = (leaning(), Sensors::default());
-    let task = Targets { max_steps: 2, ..Targets::default() };
+    let task = Task { max_steps: 2, ..Task::default() };
     let parts = AtomicUsize::new(0);
     let tick = |_| {
         parts.fetch_add(1, Ordering::Relaxed);

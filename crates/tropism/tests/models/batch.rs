@@ -9,7 +9,7 @@ use tropism::plant::stem::StemModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, NoiseStream, Purpose};
 use tropism::simulation::{BatchModel, Episode, LinearController, cautious_fitness_of, fitness_of};
-use tropism::task::{Obstacles, Targets, Task};
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism_neat::{Config, Genome, Neat};
 
@@ -51,10 +51,10 @@ fn ten_thousand_genomes_of_all_sizes_have_the_fitness_of_the_plain_path_to_the_b
     assert!(genomes.iter().map(|genome| genome.links().len()).max().unwrap() > 80);
     let noise = |episode: usize| NoiseStream::new(9, Purpose::Trial, [episode as u32, 0, 0]);
     for (task, part) in [
-        (Targets::default(), &genomes[..]),
-        (Targets { max_steps: 37, ..Targets::default() }, &genomes[..300]),
-        (Targets { end_height_cm: 60.0, max_steps: 123, ..Targets::default() }, &genomes[5000..5300]),
-        (Targets { targets: Vec::new(), ..Targets::default() }, &genomes[9000..9100]),
+        (Task::default(), &genomes[..]),
+        (Task { max_steps: 37, ..Task::default() }, &genomes[..300]),
+        (Task { end_height_cm: 60.0, max_steps: 123, ..Task::default() }, &genomes[5000..5300]),
+        (Task { targets: Vec::new(), ..Task::default() }, &genomes[9000..9100]),
         (many_targets(7), &genomes[8000..8100]),
         (many_targets(50), &genomes[8100..8140]),
     ] {
@@ -68,21 +68,21 @@ fn ten_thousand_genomes_of_all_sizes_have_the_fitness_of_the_plain_path_to_the_b
     }
 }
 
-fn many_targets(count: u32) -> Targets {
+fn many_targets(count: u32) -> Task {
     let place = |number: u32| {
         Point::new(if number.is_multiple_of(2) { 0.7 } else { -0.3 }, 4.1 + 0.18 * f64::from(number))
     };
-    Targets { targets: (0..count).map(place).collect(), ..Targets::default() }
+    Task { targets: (0..count).map(place).collect(), ..Task::default() }
 }
 
 #[test]
 fn linear_controllers_of_any_size_have_the_fitness_of_their_genomes_to_the_bit() {
     let model = tip_model();
     for (task, range, count) in [
-        (Targets::default(), 1.0, 3000),
+        (Task::default(), 1.0, 3000),
         // Weights such that single precision is in doubt at every step.
-        (Targets::default(), 1e5, 300),
-        (Targets { max_steps: 37, ..Targets::default() }, 0.1, 300),
+        (Task::default(), 1e5, 300),
+        (Task { max_steps: 37, ..Task::default() }, 0.1, 300),
         (many_targets(7), 1.0, 300),
         (many_targets(50), 1.0, 20),
     ] {
@@ -106,7 +106,7 @@ fn linear_controllers_of_any_size_have_the_fitness_of_their_genomes_to_the_bit()
 
 #[test]
 fn no_episodes_are_no_work() {
-    assert!(tip_model().score(&Targets::default(), &Sensors::default(), std::iter::empty()).is_empty());
+    assert!(tip_model().score(&Task::default(), &Sensors::default(), std::iter::empty()).is_empty());
 }
 
 fn stem_model() -> StemModel {
@@ -138,7 +138,7 @@ fn rule(number: u64, avoids: bool) -> PredictiveRule {
     }
 }
 
-fn assert_twins(model: &StemModel, task: &impl Task, avoids: bool) {
+fn assert_twins(model: &StemModel, task: &Task, avoids: bool) {
     let episode = |number: u32| Episode {
         controller: rule(number.into(), avoids),
         noise: NoiseStream::new(2, Purpose::Trial, [number, 0, 0]),
@@ -155,15 +155,14 @@ fn assert_twins(model: &StemModel, task: &impl Task, avoids: bool) {
 #[test]
 fn rules_have_the_fitness_of_the_plain_path_to_the_bit() {
     let model = stem_model();
-    let targets =
-        Targets { targets: vec![Point::new(2.0, 5.0), Point::new(-2.0, 7.0)], ..Targets::default() };
-    assert_twins(&model, &Targets { end_height_cm: 7.5, max_steps: 160, ..targets.clone() }, false);
+    let targets = Task { targets: vec![Point::new(2.0, 5.0), Point::new(-2.0, 7.0)], ..Task::default() };
+    assert_twins(&model, &Task { end_height_cm: 7.5, max_steps: 160, ..targets.clone() }, false);
     // Without a target above it no step counts; at once over; a rule that avoids what is not there.
-    assert_twins(&model, &Targets { max_steps: 1, ..targets.clone() }, false);
-    assert_twins(&model, &Targets { targets: Vec::new(), end_height_cm: 3.0, ..targets.clone() }, false);
-    assert_twins(&model, &Targets { max_steps: 20, ..targets.clone() }, true);
+    assert_twins(&model, &Task { max_steps: 1, ..targets.clone() }, false);
+    assert_twins(&model, &Task { targets: Vec::new(), end_height_cm: 3.0, ..targets.clone() }, false);
+    assert_twins(&model, &Task { max_steps: 20, ..targets.clone() }, true);
     // Stems that are longer than all data.
-    assert_twins(&model, &Targets { end_height_cm: 30.0, max_steps: 420, ..targets }, false);
+    assert_twins(&model, &Task { end_height_cm: 30.0, max_steps: 420, ..targets }, false);
     let disc = |x: f64, y: f64| Obstacle::Disc { centre: Point::new(x, y), radius_cm: 0.8 };
     let line = |x: f64, y: f64| Obstacle::Line { ends: [Point::new(x, y), Point::new(x + 3.0, y + 0.5)] };
     for obstacles in [
@@ -174,14 +173,8 @@ fn rules_have_the_fitness_of_the_plain_path_to_the_bit() {
     ] {
         let way_points = vec![Point::new(-1.5, 6.5)];
         let targets = vec![Point::new(-1.0, 5.0), Point::new(0.0, 7.0)];
-        let task = Obstacles {
-            targets,
-            obstacles,
-            way_points,
-            end_height_cm: 7.2,
-            max_steps: 180,
-            ..Obstacles::default()
-        };
+        let task =
+            Task { targets, obstacles, way_points, end_height_cm: 7.2, max_steps: 180, ..Task::obstacles() };
         assert_twins(&model, &task, true);
     }
 }

@@ -3,12 +3,12 @@
 use super::leaning;
 use tropism::control::{NetworkController, Sensor, Sensors};
 use tropism::evolve::{Champion, Choice, Evolution, EvolutionConfig, Trial, trial, trial_of_genome};
-use tropism::task::Targets;
+use tropism::task::Task;
 use tropism_neat::{Config, random_genome};
 
 #[test]
 fn a_genome_is_tried_as_its_controller_is() {
-    let (model, task) = (leaning(), Targets::default());
+    let (model, task) = (leaning(), Task::default());
     let evolution = Evolution::new(&model, &task, EvolutionConfig::default(), 3).unwrap();
     let mut run = evolution.begin(0).unwrap();
     for _ in 0..60 {
@@ -32,7 +32,7 @@ fn a_champion_file_comes_back_with_task_and_sensors() {
     let sensors = Sensors::new(vec![Sensor::Tip, Sensor::LastShift]).unwrap();
     let genome = random_genome(&Config::wahby2016(), 4, 1, 1, 0);
     let champion = Champion {
-        task: Some(Targets::default().into()),
+        task: Some(Task::default()),
         is_virtual: Some(true),
         expected: Some(Trial { mean: 9.1, sd: 2.5, plants: 1200 }),
         ..Champion::of_model(genome.clone(), &sensors, &leaning(), "{}")

@@ -1,6 +1,7 @@
 //! The search of rules.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use tropism::evolve::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial};
 use tropism::geometry::Point;
@@ -10,7 +11,7 @@ use tropism::obstacle::Obstacle;
 use tropism::plant::PlantModel;
 use tropism::random::StepNoise;
 use tropism::simulation::BatchModel;
-use tropism::task::{Obstacles, Targets, Task};
+use tropism::task::{Past, Score, Targets, Task};
 
 /// A plant that goes on moving after the lamp is switched: greedy control swings far beyond a target. Its data end so far
 /// aside, in cm.
@@ -50,7 +51,7 @@ fn short() -> RuleSearch {
 
 fn tune(search: RuleSearch, seed: u64) -> RuleSearchResult {
     let model = Sluggish(Layout::default(), f64::INFINITY);
-    search.tune(&model, &Targets::default(), seed, &mut |_| ControlFlow::Continue(())).unwrap()
+    search.tune(&model, &Task::default(), seed, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 #[test]
@@ -77,7 +78,7 @@ fn greedy_control_is_never_chosen_against() {
 fn a_watcher_sees_each_generation_and_may_break_off() {
     let model = Sluggish(Layout::default(), f64::INFINITY);
     let mut seen = Vec::new();
-    let found = short().tune(&model, &Targets::default(), 1, &mut |generation| {
+    let found = short().tune(&model, &Task::default(), 1, &mut |generation| {
         assert!(generation.best >= generation.mean);
         seen.push(generation.generation);
         if seen.len() == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -90,7 +91,7 @@ fn searches_side_by_side_share_the_generations() {
     let side_by_side = RuleSearch { starts: 5, generations: 22, ..short() };
     let model = Sluggish(Layout::default(), f64::INFINITY);
     let mut seen = 0;
-    let found = side_by_side.tune(&model, &Targets::default(), 1, &mut |generation| {
+    let found = side_by_side.tune(&model, &Task::default(), 1, &mut |generation| {
         assert_eq!(generation.generation, seen);
         seen += 1;
         ControlFlow::Continue(())
@@ -102,7 +103,7 @@ fn searches_side_by_side_share_the_generations() {
 
 #[test]
 fn steps_beyond_all_data_cost_in_a_search_among_obstacles_alone() {
-    let best = |task: &dyn Task, data_end_cm: f64| {
+    let best = |task: &Task, data_end_cm: f64| {
         let (model, mut best) = (Sluggish(Layout::default(), data_end_cm), f64::NEG_INFINITY);
         let found = short().tune(&model, task, 1, &mut |generation| {
             best = best.max(generation.best);
@@ -110,10 +111,10 @@ fn steps_beyond_all_data_cost_in_a_search_among_obstacles_alone() {
         });
         (best, found.unwrap())
     };
-    let free = best(&Targets::default(), f64::INFINITY);
-    assert_eq!(best(&Targets::default(), -1.0), free);
+    let free = best(&Task::default(), f64::INFINITY);
+    assert_eq!(best(&Task::default(), -1.0), free);
     let far = Obstacle::Disc { centre: Point::new(30.0, 5.0), radius_cm: 1.0 };
-    let task = Obstacles { obstacles: vec![far], ..Obstacles::default() };
+    let task = Task { obstacles: vec![far], ..Task::obstacles() };
     let (free, nowhere) = (best(&task, f64::INFINITY), best(&task, -1.0));
     assert!(free.0 > nowhere.0 + 1.0, "{} {}", free.0, nowhere.0);
     // What is told of chase has no cost.
@@ -134,7 +135,7 @@ fn it_is_known_which_lists_of_trials_are_generations() {
             *asked.borrow_mut().last_mut().unwrap() = 0;
             ControlFlow::Continue(())
         };
-        search.tune_by(scores, &Targets::default(), 1, watch).unwrap();
+        search.tune_by(scores, &Task::default(), 1, watch).unwrap();
         let were: Vec<bool> = asked.borrow().iter().map(|&length| length == 0).collect();
         assert_eq!(search.lists().collect::<Vec<bool>>(), were);
     }
@@ -143,24 +144,20 @@ fn it_is_known_which_lists_of_trials_are_generations() {
 #[test]
 fn a_search_goes_by_the_utility() {
     /// The paper's task, with a hundred for each cm.
-    struct Hundredfold(Targets);
-    impl Task for Hundredfold {
-        fn is_over(&self, step: u32, seen: &Observation) -> bool {
-            self.0.is_over(step, seen)
-        }
-        fn step_fitness(&self, first: &Observation, before: &Observation, after: &Observation) -> f64 {
-            self.0.step_fitness(first, before, after)
-        }
-        fn targets(&self) -> Vec<Point> {
-            self.0.targets()
+    #[derive(Debug)]
+    struct Hundredfold;
+    impl Score for Hundredfold {
+        fn step_fitness(&self, task: &Task, past: &Past, after: &Observation) -> f64 {
+            Targets.step_fitness(task, past, after)
         }
         fn utility(&self, fitness: f64) -> f64 {
             100.0 * fitness
         }
     }
+    let task = Task { score: Arc::new(Hundredfold), ..Task::default() };
     let model = Sluggish(Layout::default(), f64::INFINITY);
     let mut best = Vec::new();
-    let found = short().tune(&model, &Hundredfold(Targets::default()), 1, &mut |generation| {
+    let found = short().tune(&model, &task, 1, &mut |generation| {
         best.push(generation.best);
         ControlFlow::Continue(())
     });

@@ -3,12 +3,12 @@
 use tropism::control::{Sensor, Sensors};
 use tropism::evolve::{Evolution, EvolutionConfig, EvolutionRun, Method, Search, Start, trial_of_genome};
 use tropism::plant::tip::{TipModel, TipModelConfig};
-use tropism::task::Targets;
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism_neat::{Config, Genome};
 
 /// A model of one plant that leans after a lamp, and a task so short that a generation takes a moment.
-fn world() -> (TipModel, Targets) {
+fn world() -> (TipModel, Task) {
     let rows: String = (0..60)
         .map(|step: i32| {
             let is_left = step / 20 % 2 == 0;
@@ -18,7 +18,7 @@ fn world() -> (TipModel, Targets) {
         .collect();
     let track = Track::read_csv(format!("tip_x_cm,tip_y_cm,light\n{rows}").as_bytes()).unwrap();
     let model = TipModel::fit([&track], TipModelConfig::default()).unwrap();
-    (model, Targets { max_steps: 60, ..Targets::default() })
+    (model, Task { max_steps: 60, ..Task::default() })
 }
 
 fn short() -> EvolutionConfig {

@@ -14,7 +14,7 @@ use tropism::plant::PlantModel;
 use tropism::plant::space::SpaceModel;
 use tropism::random::{NoiseStream, Purpose};
 use tropism::simulation::simulate;
-use tropism::task::{OpenLoop, Spiral, Task};
+use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism_bean::{Species, Trial};
 
@@ -22,7 +22,7 @@ use tropism_bean::{Species, Trial};
 fn grown(seed: u64) -> Track {
     let species = Species::default();
     let trial = Trial { layout: Layout::four_sides(), in_space: true, ..Trial::new(&species) };
-    let task = OpenLoop { steps: 250, ..OpenLoop::default() };
+    let task = Task::open_loop(250);
     trial.grow(seed, &mut Periodic::new(24, &trial.layout), &task, &mut unwatched)
 }
 
@@ -74,13 +74,13 @@ fn simulated_plants_follow_each_lamp_and_stay_near_the_data() {
 #[test]
 fn a_stem_winds_round_a_pole_and_never_lies_in_it() {
     let model = SpaceModel::fit([&grown(1), &grown(2)]).unwrap();
-    let task = Spiral { max_steps: 400, ..Spiral::default() };
+    let task = Task { max_steps: 400, ..Task::spiral() };
     let mut turns = 0.0;
     for seed in 0..6 {
         let track = simulate(&model, &mut Greedy::new(&task, model.layout()), &task, seed);
         let stems = track.samples.iter().filter_map(|sample| sample.observation().stem_in_space());
         for stem in stems {
-            let gaps = stem.iter().map(|point| task.pole.distance(*point));
+            let gaps = stem.iter().map(|point| task.pole.expect("a pole").distance(*point));
             assert!(gaps.fold(f64::INFINITY, f64::min) > 0.1, "seed {seed}: {stem:?}");
         }
         turns += task.fitness(&track) / 6.0;

@@ -3,13 +3,13 @@
 use super::leaning;
 use tropism::control::PredictiveRule;
 use tropism::evolve::{Trial, TunedRule};
-use tropism::task::Targets;
+use tropism::task::Task;
 
 fn rule() -> TunedRule {
     let numbers = PredictiveRule { overshoot: 0.45, shift_steps: 6.1, ..PredictiveRule::default() };
     let expected = Some(Trial { mean: 9.1, sd: 2.5, plants: 1000 });
     TunedRule {
-        task: Some(Targets::default().into()),
+        task: Some(Task::default()),
         ..TunedRule::of_model(numbers, &leaning(), "{}", true, expected)
     }
 }

@@ -10,7 +10,6 @@ use clap::Args;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::files::shell_word;
 use tropism_lab::grow::{GrowPlan, GrowResults};
-use tropism_lab::task::score_in_words;
 use tropism_lab::units::plural;
 
 use crate::controller::{ControllerName, task_for};
@@ -121,7 +120,7 @@ fn text(plan: &GrowPlan, results: &GrowResults) -> String {
     let beans = plural(*plants, "virtual bean");
     let mut text = format!("{beans}, mean height at the end {mean_final_height_cm:.1} cm\n");
     if let Some(mean) = results.mean_fitness {
-        text += &format!("mean fitness {}\n", score_in_words(&plan.task, mean));
+        text += &format!("mean fitness {}\n", plan.task.fitness_in_words(mean));
     }
     let out = results.out.display();
     let next = if plan.photographs {

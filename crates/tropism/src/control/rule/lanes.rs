@@ -73,13 +73,7 @@ impl Rules {
     }
 
     /// Puts a rule at rest into a lane; `false` if it needs a way or lamps that lanes do not know.
-    pub(crate) fn refill(
-        &mut self,
-        lane: usize,
-        rule: PredictiveRule,
-        task: &(impl Task + ?Sized),
-        layout: &Layout,
-    ) -> bool {
+    pub(crate) fn refill(&mut self, lane: usize, rule: PredictiveRule, task: &Task, layout: &Layout) -> bool {
         let PredictiveGreedy { way, steering, obstacles, .. } = PredictiveGreedy::new(rule, task, layout);
         let is_known = matches!(steering, Steering::Plane(_)) && way.len() == self.way.len();
         if !is_known || way.is_empty() || rule.avoidance.is_some() == obstacles.is_empty() {

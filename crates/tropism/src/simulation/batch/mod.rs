@@ -29,7 +29,7 @@ use crate::control::NetworkController;
 use crate::plant::tip::TipModel;
 use crate::random::NoiseStream;
 use crate::simd::{Kernel, dispatch};
-use crate::task::Targets;
+use crate::task::Task;
 
 pub use linear::LinearController;
 pub(super) use rules::fitness_of_rules;
@@ -52,7 +52,7 @@ const STRIDE: u32 = 16;
 #[must_use]
 pub(super) fn fitness_of_networks(
     model: &TipModel,
-    task: &Targets,
+    task: &Task,
     episodes: &mut dyn Iterator<Item = Episode<&Genome>>,
 ) -> Vec<f64> {
     let mut batch = KEPT.take().unwrap_or_else(|| Box::new(Batch::new(Networks::default())));
@@ -70,7 +70,7 @@ pub(super) fn fitness_of_networks(
 #[must_use]
 pub(super) fn fitness_of_linear(
     model: &TipModel,
-    task: &Targets,
+    task: &Task,
     episodes: &mut dyn Iterator<Item = Episode<LinearController>>,
 ) -> Vec<f64> {
     let plain = |controller: &LinearController, noise| fitness_of(model, &mut { *controller }, task, noise);
@@ -114,7 +114,7 @@ impl<C, const LANES: usize> Batch<C, LANES> {
     fn run_with_room<One>(
         &mut self,
         model: &TipModel,
-        task: &Targets,
+        task: &Task,
         episodes: &mut dyn Iterator<Item = Episode<One>>,
         plain: impl Fn(&One, NoiseStream) -> f64,
     ) -> Vec<f64>

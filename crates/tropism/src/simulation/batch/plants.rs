@@ -6,7 +6,7 @@
 use crate::plant::table::Table;
 use crate::plant::tip::{TipModel, TipState};
 use crate::random::{self, NoiseStream, STEP_INCREMENT};
-use crate::task::Targets;
+use crate::task::Task;
 
 /// Model and task in the form that the lanes need, with room for `TARGETS` targets.
 pub(super) struct BatchTask<'m, const TARGETS: usize> {
@@ -16,8 +16,8 @@ pub(super) struct BatchTask<'m, const TARGETS: usize> {
     growth: [f32; 2],
     /// From the lowest to the highest; unused places have a height below every tip.
     targets: [Bounds; TARGETS],
-    /// Height of the highest target: above it no step counts.
-    highest: f32,
+    /// Height of the last target: above it no step counts.
+    last: f32,
     /// Height at which the experiment ends.
     end: f32,
     max_steps: u32,
@@ -30,13 +30,13 @@ struct Bounds {
     below: f32,
     /// Whether that is the target's x to the bit, so that a tip can be on it.
     is_exact: bool,
-    /// `y < target.y` is `y < height`.
+    /// `highest < target.y` is `highest < height`.
     height: f32,
 }
 
 impl<'m, const TARGETS: usize> BatchTask<'m, TARGETS> {
     /// `None` if the task has more than `TARGETS` targets.
-    pub(super) fn new(model: &'m TipModel, task: &'m Targets) -> Option<Self> {
+    pub(super) fn new(model: &'m TipModel, task: &Task) -> Option<Self> {
         let mut targets = [Bounds { below: 0.0, is_exact: false, height: f32::NEG_INFINITY }; TARGETS];
         for (bounds, target) in targets.get_mut(..task.targets.len())?.iter_mut().zip(&task.targets) {
             let below = ceiling(target.x);
@@ -48,7 +48,7 @@ impl<'m, const TARGETS: usize> BatchTask<'m, TARGETS> {
             seedling: model.seedling_at(task.start),
             growth: [model.growth(0.0), model.config().growth.sd as f32],
             targets,
-            highest: task.targets.last().map_or(f32::NEG_INFINITY, |target| ceiling(target.y)),
+            last: task.targets.last().map_or(f32::NEG_INFINITY, |target| ceiling(target.y)),
             end: ceiling(task.end_height_cm),
             max_steps: task.max_steps,
         })
@@ -75,8 +75,8 @@ pub(super) struct Plants<const LANES: usize> {
     pub(super) x: [f32; LANES],
     pub(super) y: [f32; LANES],
     length: [f32; LANES],
-    /// Least height at which a step counts: that of the seedling, and infinity when the experiment is over.
-    floor: [f32; LANES],
+    /// Greatest height of the tip so far, by which the next target is found; infinity when the experiment is over.
+    highest: [f32; LANES],
     /// Index of each plant's shift in the table, and the shift, in cm.
     place: [u32; LANES],
     shift: [f32; LANES],
@@ -103,7 +103,7 @@ impl<const LANES: usize> Plants<LANES> {
             x: [0.0; LANES],
             y: [1.0; LANES],
             length: [1.0; LANES],
-            floor: [f32::INFINITY; LANES],
+            highest: [f32::INFINITY; LANES],
             place: [0; LANES],
             shift: [0.0; LANES],
             growth_noise: [0.0; LANES],
@@ -125,7 +125,7 @@ impl<const LANES: usize> Plants<LANES> {
     ) {
         let TipState { x, y, length } = task.seedling;
         (self.x[lane], self.y[lane], self.length[lane]) = (x, y, length);
-        self.floor[lane] = if y >= task.end || task.max_steps == 0 { f32::INFINITY } else { y };
+        self.highest[lane] = if y >= task.end || task.max_steps == 0 { f32::INFINITY } else { y };
         self.steps_left[lane] = task.max_steps;
         self.is_free[lane] = 0;
         self.fitness[lane] = 0.0;
@@ -155,13 +155,14 @@ impl<const LANES: usize> Plants<LANES> {
     pub(super) fn count_steps(&mut self, steps: u32) {
         for lane in 0..LANES {
             self.steps_left[lane] -= steps;
-            self.is_free[lane] = ((self.steps_left[lane] == 0) | (self.floor[lane] == f32::INFINITY)).into();
+            self.is_free[lane] =
+                ((self.steps_left[lane] == 0) | (self.highest[lane] == f32::INFINITY)).into();
         }
     }
 
     /// Empties a lane.
     pub(super) const fn empty_lane(&mut self, lane: usize) {
-        (self.floor[lane], self.steps_left[lane]) = (f32::INFINITY, u32::MAX);
+        (self.highest[lane], self.steps_left[lane]) = (f32::INFINITY, u32::MAX);
     }
 
     /// One step of every plant under its light, eqs. (4)-(8), and of its fitness, eq. (9).
@@ -232,7 +233,7 @@ impl<const LANES: usize> Plants<LANES> {
     #[inline(always)]
     fn grow<const TARGETS: usize>(&mut self, task: &BatchTask<'_, TARGETS>) {
         let [mean, sd] = task.growth;
-        let (targets, highest, end) = (task.targets, task.highest, task.end);
+        let (targets, last, end) = (task.targets, task.last, task.end);
         let mut is_any_on_target = false;
         for lane in 0..LANES {
             let before = self.x[lane];
@@ -241,17 +242,18 @@ impl<const LANES: usize> Plants<LANES> {
                 plant.stepped(self.shift[lane], mean + sd * self.growth_noise[lane]);
             (self.x[lane], self.y[lane], self.length[lane]) = (x, y, length);
 
+            let highest = if y > self.highest[lane] { y } else { self.highest[lane] };
             let mut below = 0.0;
             for target in targets.iter().rev() {
-                below = if y < target.height { target.below } else { below };
+                below = if highest < target.height { target.below } else { below };
             }
             is_any_on_target |= x == below;
-            let counts = (y < highest) & (y >= self.floor[lane]);
+            let counts = highest < last;
             let side = if x < below { 1.0 } else { -1.0 };
             let sign = if counts { side } else { 0.0 };
             self.signed_x[0][lane] = before * sign;
             self.signed_x[1][lane] = x * sign;
-            self.floor[lane] = if y < end { self.floor[lane] } else { f32::INFINITY };
+            self.highest[lane] = if y < end { highest } else { f32::INFINITY };
         }
         if is_any_on_target {
             self.count_on_targets(&targets);
@@ -262,7 +264,7 @@ impl<const LANES: usize> Plants<LANES> {
     #[cold]
     fn count_on_targets(&mut self, targets: &[Bounds]) {
         for lane in 0..LANES {
-            let target = targets.iter().find(|target| self.y[lane] < target.height);
+            let target = targets.iter().find(|target| self.highest[lane] < target.height);
             if target.is_some_and(|target| target.is_exact && self.x[lane] == target.below) {
                 let [before, after] = [self.signed_x[0][lane], self.signed_x[1][lane]];
                 if after < before {

@@ -19,32 +19,29 @@ use crate::task::{Obstacles, Targets, Task};
 #[must_use]
 pub(in crate::simulation) fn fitness_of_rules(
     model: &StemModel,
-    task: &(impl Task + ?Sized),
+    task: &Task,
     beyond_cost_cm: f64,
     episodes: &mut dyn Iterator<Item = Episode<PredictiveRule>>,
 ) -> Option<Vec<f64>> {
     // The hot loop is not generic: so it is compiled here, and not in each crate that searches.
-    match (task.as_targets(), task.as_obstacles()) {
-        (Some(task), _) => Some(fitness_in_lanes(model, &LaneTask::Targets(task), beyond_cost_cm, episodes)),
-        (_, Some(task)) if are_known(&task.obstacles) => {
-            Some(fitness_in_lanes(model, &LaneTask::Obstacles(task), beyond_cost_cm, episodes))
-        }
-        _ => None,
-    }
+    let is_eq_9 = task.has_score::<Targets>();
+    let has_lanes =
+        is_eq_9 && task.obstacles.is_empty() || task.has_score::<Obstacles>() && are_known(&task.obstacles);
+    has_lanes.then(|| fitness_in_lanes(model, LaneTask { task, is_eq_9 }, beyond_cost_cm, episodes))
 }
 
 fn fitness_in_lanes(
     model: &StemModel,
-    of_lanes: &LaneTask<'_>,
+    of_lanes: LaneTask<'_>,
     beyond_cost_cm: f64,
     episodes: &mut dyn Iterator<Item = Episode<PredictiveRule>>,
 ) -> Vec<f64> {
-    let task = of_lanes.task();
-    let (start, layout) = (task.start(), model.layout());
+    let task = of_lanes.task;
+    let (start, layout) = (task.start, model.layout());
     let mut batch = Batch {
         stems: Stems::new(model, start),
         rules: Rules::new(task.way().len(), layout),
-        floor: start.y,
+        highest: [start.y; LANES],
         nearest: None,
         beyond_cost_cm,
         fitness: [0.0; LANES],
@@ -55,14 +52,14 @@ fn fitness_in_lanes(
     loop {
         let mut is_any_running = false;
         for lane in 0..LANES {
-            while batch.is_over(of_lanes, lane) {
+            while batch.is_over(task, lane) {
                 if let Some(number) = batch.numbers[lane].take() {
                     fitness[number] = batch.fitness[lane];
                 }
                 let Some(Episode { controller, noise }) = episodes.next() else { break };
                 if batch.rules.refill(lane, controller, task, layout) {
                     batch.stems.refill(lane, start, noise);
-                    (batch.fitness[lane], batch.steps[lane]) = (0.0, 0);
+                    (batch.fitness[lane], batch.steps[lane], batch.highest[lane]) = (0.0, 0, start.y);
                     batch.numbers[lane] = Some(fitness.len());
                     fitness.push(0.0);
                 } else {
@@ -80,34 +77,19 @@ fn fitness_in_lanes(
 }
 
 /// A task that has a form in lanes.
-enum LaneTask<'t> {
-    Targets(&'t Targets),
-    Obstacles(&'t Obstacles),
-}
-
-impl LaneTask<'_> {
-    const fn task(&self) -> &dyn Task {
-        match self {
-            Self::Targets(task) => *task,
-            Self::Obstacles(task) => *task,
-        }
-    }
-
-    #[inline(always)]
-    const fn end(&self) -> (f64, u32) {
-        match self {
-            Self::Targets(task) => (task.end_height_cm, task.max_steps),
-            Self::Obstacles(task) => (task.end_height_cm, task.max_steps),
-        }
-    }
+#[derive(Clone, Copy)]
+struct LaneTask<'t> {
+    task: &'t Task,
+    /// Whether it is scored by eq. (9); else as targets behind obstacles.
+    is_eq_9: bool,
 }
 
 /// Plants, each with its rule. A plant without a number is done and grows on.
 struct Batch<'m> {
     stems: Stems<'m>,
     rules: Rules,
-    /// Height of the first tip, in cm.
-    floor: f64,
+    /// Greatest height of each tip so far, in cm.
+    highest: Row,
     /// Where each stem is nearest to an obstacle.
     nearest: Option<ClearanceRow>,
     /// What each step beyond the data of the model costs, in cm.
@@ -120,21 +102,28 @@ struct Batch<'m> {
 
 impl Batch<'_> {
     /// Whether the experiment of a lane is over, or there is none.
-    fn is_over(&self, task: &LaneTask<'_>, lane: usize) -> bool {
-        let (end_cm, max_steps) = task.end();
-        let is_over = self.stems.tips()[1][lane] >= end_cm || self.steps[lane] >= max_steps;
+    fn is_over(&self, task: &Task, lane: usize) -> bool {
+        let is_high = self.stems.tips()[1][lane] >= task.end_height_cm;
+        let is_over = is_high || self.steps[lane] >= task.max_steps;
         is_over || self.numbers[lane].is_none()
     }
 
     /// One step of every plant.
     #[inline(always)]
-    fn step(&mut self, task: &LaneTask<'_>) {
+    fn step(&mut self, LaneTask { task, is_eq_9 }: LaneTask<'_>) {
         let sides = self.rules.decide(self.stems.tips(), self.stems.points(), self.nearest.as_ref());
         let before = *self.stems.tips();
         self.stems.step(&sides);
-        match task {
-            LaneTask::Targets(task) => self.count_targets(task, &before),
-            LaneTask::Obstacles(task) => self.count_obstacles(task, &before),
+        let heights = self.stems.tips()[1];
+        let was_highest = self.highest;
+        for lane in 0..LANES {
+            self.highest[lane] =
+                if heights[lane] > was_highest[lane] { heights[lane] } else { was_highest[lane] };
+        }
+        if is_eq_9 {
+            self.count_targets(task, &before);
+        } else {
+            self.count_obstacles(task, &was_highest);
         }
         let beyond = self.stems.beyond_data();
         for lane in 0..LANES {
@@ -144,12 +133,12 @@ impl Batch<'_> {
 
     /// Eq. (9).
     #[inline(always)]
-    fn count_targets(&mut self, task: &Targets, [before, _]: &PointRow) {
-        let [x, y] = self.stems.tips();
+    fn count_targets(&mut self, task: &Task, [before, _]: &PointRow) {
+        let [x, _] = self.stems.tips();
         let (mut target, mut counts) = ([0.0; LANES], [0.0; LANES]);
         for next in task.targets.iter().rev() {
             for lane in 0..LANES {
-                let is_below = y[lane] < next.y;
+                let is_below = self.highest[lane] < next.y;
                 target[lane] = if is_below { next.x } else { target[lane] };
                 counts[lane] = if is_below { 1.0 } else { counts[lane] };
             }
@@ -158,29 +147,28 @@ impl Batch<'_> {
             let shift = x[lane] - before[lane];
             let beyond = if x[lane] > target[lane] { -shift } else { shift.abs() };
             let worth = if x[lane] < target[lane] { shift } else { beyond };
-            let counts = (counts[lane] > 0.0) & (y[lane] >= self.floor);
-            self.fitness[lane] += if counts { worth } else { 0.0 };
+            self.fitness[lane] += if counts[lane] > 0.0 { worth } else { 0.0 };
         }
     }
 
     /// What the tip reached, and what the stem touched.
     #[inline(always)]
-    fn count_obstacles(&mut self, task: &Obstacles, before: &PointRow) {
+    fn count_obstacles(&mut self, task: &Task, was_highest: &Row) {
         let was = self.nearest.take();
         if !task.obstacles.is_empty() {
             self.nearest = Some(clearance_of(&task.obstacles, self.stems.points()));
         }
         let mut worth = [0.0; LANES];
-        let after = self.stems.tips();
+        let [x, y] = self.stems.tips();
         for target in &task.targets {
             let mut is_any_there = false;
             for lane in 0..LANES {
-                is_any_there |= (before[1][lane] < target.y) & (after[1][lane] >= target.y);
+                is_any_there |= (was_highest[lane] < target.y) & (y[lane] >= target.y);
             }
             if is_any_there {
                 for lane in 0..LANES {
-                    let tips = [before, after].map(|tips| Point::new(tips[0][lane], tips[1][lane]));
-                    worth[lane] = task.add_target(worth[lane], *target, tips);
+                    let at = Point::new(x[lane], y[lane]);
+                    worth[lane] = task.add_target(worth[lane], *target, was_highest[lane], at);
                 }
             }
         }
@@ -198,7 +186,7 @@ impl Batch<'_> {
 /// Steps of every plant until the experiment of one is over.
 struct UntilOneIsOver<'b, 'm> {
     batch: &'b mut Batch<'m>,
-    task: &'b LaneTask<'b>,
+    task: LaneTask<'b>,
 }
 
 impl Kernel for UntilOneIsOver<'_, '_> {
@@ -206,20 +194,19 @@ impl Kernel for UntilOneIsOver<'_, '_> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { batch, task } = self;
+        let Self { batch, task: of_lanes } = self;
+        let Task { obstacles, end_height_cm, max_steps, .. } = of_lanes.task;
         // New seedlings stand where the last step left other plants.
-        if let LaneTask::Obstacles(Obstacles { obstacles, .. }) = task
-            && !obstacles.is_empty()
-        {
+        if !obstacles.is_empty() {
             batch.nearest = Some(clearance_of(obstacles, batch.stems.points()));
         }
-        let (end_cm, max_steps) = task.end();
         loop {
-            batch.step(task);
+            batch.step(of_lanes);
             let mut is_any_over = false;
             for lane in 0..LANES {
                 batch.steps[lane] = batch.steps[lane].wrapping_add(1);
-                let is_over = (batch.stems.tips()[1][lane] >= end_cm) | (batch.steps[lane] >= max_steps);
+                let is_high = batch.stems.tips()[1][lane] >= *end_height_cm;
+                let is_over = is_high | (batch.steps[lane] >= *max_steps);
                 is_any_over |= is_over & batch.numbers[lane].is_some();
             }
             if is_any_over {

@@ -1,0 +1,335 @@
+//! A task as data: every key of a task file, declared once.
+//!
+//! A declaration has the key's type, its default and its check. A kind of task lists the keys that it takes
+//! ([`Score::keys`]), and its own defaults are those of its task in [`kinds`]. Reading, writing and checking come from these.
+//! All kinds share one flat table, so that errors in a file keep their line.
+
+use core::fmt;
+use core::marker::PhantomData;
+use std::sync::Arc;
+
+use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::{OpenLoop, Score, Targets, kinds};
+use crate::check::{OutOfRange, ensure, within};
+use crate::geometry::Point;
+use crate::obstacle::{Obstacle, Pole};
+
+macro_rules! keys {
+    ($($(#[doc = $doc:literal])+ $key:ident: $type:ty = $default:expr, $check:expr;)+) => {
+        /// A task: data, and a score.
+        ///
+        /// A file without `kind` is the paper's task; a key that is left out has the default of the kind.
+        ///
+        /// ```
+        /// use tropism::task::Task;
+        /// let paper: Task = serde_json::from_str("{}")?;
+        /// assert_eq!(paper, Task::default());
+        /// let open: Task = serde_json::from_str(r#"{"kind": "open_loop", "max_steps": 50}"#)?;
+        /// assert_eq!(open, Task::open_loop(50));
+        /// assert!(serde_json::from_str::<Task>(r#"{"kind": "open_loop", "turns": 2}"#).is_err());
+        /// # Ok::<(), serde_json::Error>(())
+        /// ```
+        #[derive(Clone, Debug)]
+        pub struct Task {
+            /// What each step is worth, and when the task is done.
+            pub score: Arc<dyn Score>,
+            $($(#[doc = $doc])+ pub $key: $type,)+
+        }
+
+        /// Scores of one type are equal.
+        impl PartialEq for Task {
+            fn eq(&self, other: &Self) -> bool {
+                (*self.score).type_id() == (*other.score).type_id() $(&& self.$key == other.$key)+
+            }
+        }
+
+        /// The names of all keys.
+        pub(super) const ALL: &[&str] = &[$(stringify!($key)),+];
+
+        /// The keys that a file has.
+        #[derive(Default)]
+        struct Given {
+            $($key: Option<$type>,)+
+        }
+
+        impl Task {
+            /// A task without anything to reach, which ends after 1000 steps.
+            pub fn new(score: impl Score) -> Self {
+                Self { score: Arc::new(score), $($key: $default,)+ }
+            }
+
+            /// Checks each key of its kind, and that keys of other kinds were left alone.
+            ///
+            /// # Errors
+            /// [`OutOfRange`] names the key, its value and the allowed values.
+            pub fn check(&self) -> Result<(), OutOfRange> {
+                let untouched = Self::new(OpenLoop);
+                $(
+                    if self.takes(stringify!($key)) {
+                        let check: fn(&Self) -> Result<(), OutOfRange> = $check;
+                        check(self)?;
+                    } else if self.$key != untouched.$key {
+                        return Err(self.refusal(stringify!($key)));
+                    }
+                )+
+                self.score.check(self)
+            }
+        }
+
+        impl Serialize for Task {
+            fn serialize<S: Serializer>(&self, file: S) -> Result<S::Ok, S::Error> {
+                let mut table = file.serialize_map(None)?;
+                if !self.has_score::<Targets>() {
+                    table.serialize_entry("kind", self.score.kind())?;
+                }
+                $(
+                    if self.takes(stringify!($key)) && self.$key.is_set() {
+                        table.serialize_entry(stringify!($key), &self.$key)?;
+                    }
+                )+
+                table.end()
+            }
+        }
+
+        impl<'de> Visitor<'de> for Table {
+            type Value = Task;
+
+            fn expecting(&self, text: &mut fmt::Formatter<'_>) -> fmt::Result {
+                text.write_str("the keys of a task")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<Task, A::Error> {
+                let (mut kind, mut given) = (None, Given::default());
+                while let Some(name) = table.next_key::<String>()? {
+                    if name == "kind" {
+                        kind = Some(table.next_value::<Kind>()?.0);
+                        continue;
+                    }
+                    $(
+                        if name == stringify!($key) {
+                            let refusal = kind.as_ref().and_then(|kind: &Task| kind.refusal_of(&name));
+                            given.$key = Some(table.next_value_seed(Entry(refusal, PhantomData::<$type>))?);
+                            continue;
+                        }
+                    )+
+                    let refusal = Some(format!("unknown key `{name}`, wanted one of {}", ALL.join(", ")));
+                    table.next_value_seed(Entry(refusal, PhantomData::<Unknown>))?;
+                }
+                let kind = kind.unwrap_or_default();
+                let mut task = kind.clone();
+                $(
+                    if let Some(value) = given.$key {
+                        kind.refusal_of(stringify!($key)).map_or(Ok(()), |refusal| Err(A::Error::custom(refusal)))?;
+                        task.$key = value;
+                    }
+                )+
+                if given.end_height_cm.is_none() {
+                    task.end_height_cm = kind.end_above(task.top());
+                }
+                Ok(task)
+            }
+        }
+    };
+}
+
+keys! {
+    /// Tip of the seedling at the start of a simulated experiment, in cm, y above 0. Paper: (0, 4), section 2.3.
+    start: Point = Point::new(0.0, 4.0), |task| {
+        let is_above_soil = task.start.is_finite() && task.start.y > 0.0;
+        ensure(is_above_soil, "start", shown(task.start), "[x, y] in cm with y above 0")
+    };
+    /// Points that the tip is to visit, as the front camera sees them, in ascending height above the start, in cm.
+    targets: Vec<Point> = Vec::new(), |task| check_rising("targets", task.start.y, &task.targets);
+    /// Of targets in space, how far each lies in front of the root, towards the front camera, in cm; empty in the plane.
+    depths_cm: Vec<f64> = Vec::new(), |task| {
+        let are_depths = task.depths_cm.iter().all(|depth| depth.is_finite());
+        let are_complete = task.depths_cm.len() == task.targets.len();
+        ensure(are_depths && are_complete, "depths_cm", format!("{:?}", task.depths_cm), "one in cm for each target")
+    };
+    /// What the stem must not touch.
+    obstacles: Vec<Obstacle> = Vec::new(), |task| {
+        task.obstacles.iter().enumerate().try_for_each(|(index, obstacle)| {
+            obstacle.check().map_err(|error| error.in_table(&format!("obstacles[{index}]")))
+        })
+    };
+    /// Points in ascending height, in cm, by which controllers steer on their way to the targets. They are worth nothing.
+    way_points: Vec<Point> = Vec::new(), |task| check_rising("way_points", f64::NEG_INFINITY, &task.way_points);
+    /// Distance from a target, at its height, within which the tip has reached it, in cm above 0.
+    reach_cm: f64 = 1.5, |task| check_length("reach_cm", task.reach_cm);
+    /// Radius of the stem, in cm above 0: its midline must keep so far from each obstacle. Chosen by hand: common beans of
+    /// this age have stems of 2 to 4 mm.
+    stem_radius_cm: f64 = 0.15, |task| check_length("stem_radius_cm", task.stem_radius_cm);
+    /// Line from the root upwards, in cm, on which the stem is to lie: two points or more. Empty for none.
+    line: Vec<Point> = Vec::new(), |task| {
+        ensure(task.line.len() != 1, "line", "one point", "two points or more, from the root upwards")?;
+        task.line.iter().try_for_each(|point| check_point("line", Some(*point)))
+    };
+    /// Where the apex of the stem's curve is to be, in cm: its point farthest from the straight line between its ends.
+    apex: Option<Point> = None, |task| check_point("apex", task.apex);
+    /// Radius of the circle through root, apex of the curve and tip, in cm: above 0 for a bow to the right, below 0 to the left.
+    radius_cm: Option<f64> = None, |task| {
+        let radius = task.radius_cm.unwrap_or(1.0);
+        ensure(radius.is_finite() && radius != 0.0, "radius_cm", radius, "cm, below or above 0")
+    };
+    /// Where the curve of the stem is to change its side, in cm.
+    inflection: Option<Point> = None, |task| check_point("inflection", task.inflection);
+    /// Angle of the upper third of the stem to the vertical, in degrees, -90 to 90: above 0 to the right.
+    lean_deg: Option<f64> = None, |task| within("lean_deg", task.lean_deg.unwrap_or(0.0), -90.0..=90.0);
+    /// Mean difference from a form of the stem, in cm above 0, within which the task is done.
+    within_cm: f64 = 0.5, |task| check_length("within_cm", task.within_cm);
+    /// The pole round which the stem is to wind: of finite height, with the root outside of it.
+    pole: Option<Pole> = None, |task| {
+        let Some(pole) = task.pole else { return Ok(()) };
+        pole.check().map_err(|error| error.in_table("pole"))?;
+        ensure(pole.height_cm.is_finite(), "pole.height_cm", pole.height_cm, "a finite height in cm")?;
+        let is_beside = pole.distance([0.0; 3]) > 0.0;
+        ensure(is_beside, "pole.at", format!("{:?}", pole.at), "a place that is not on the root")
+    };
+    /// Turns round the pole, in either direction, with which the task is done, 0.05 to 100.
+    turns: f64 = 1.0, |task| within("turns", task.turns, 0.05..=100.0);
+    /// Number of targets that are still to be drawn, 1 to 100.
+    count: u32 = 0, |task| within("count", task.count, 1..=100);
+    /// Height that no target that is drawn is above, in cm; itself above the start.
+    highest_cm: f64 = 0.0, |task| {
+        let is_high = task.highest_cm.is_finite() && task.highest_cm > task.start.y;
+        ensure(is_high, "highest_cm", task.highest_cm, "a height in cm above the start")
+    };
+    /// Height of the tip at which the experiment ends, in cm; that of the highest target or more. Paper: 13.8, 0.3 above the
+    /// last target (section 2.3.1). By default as far above the highest place of the task as in the default of its kind.
+    end_height_cm: f64 = f64::INFINITY, |task| {
+        let is_high = task.end_height_cm >= task.top().unwrap_or(task.start.y);
+        ensure(is_high, "end_height_cm", task.end_height_cm, "at least the height of the highest target")
+    };
+    /// Steps after which the experiment ends although the tip is lower, 1 to 1000000. The paper names no limit; its longest
+    /// experiment is 1000 steps.
+    max_steps: u32 = 1000, |task| within("max_steps", task.max_steps, 1..=1_000_000);
+}
+
+fn shown(point: Point) -> String {
+    format!("{:?}", <[f64; 2]>::from(point))
+}
+
+fn check_point(key: &str, point: Option<Point>) -> Result<(), OutOfRange> {
+    let point = point.unwrap_or_default();
+    ensure(point.is_finite(), key, shown(point), "[x, y] in cm")
+}
+
+fn check_length(key: &str, length: f64) -> Result<(), OutOfRange> {
+    ensure(length > 0.0 && length.is_finite(), key, length, "cm above 0")
+}
+
+/// Checks that `points` are finite and rise from above a height.
+fn check_rising(key: &str, mut below: f64, points: &[Point]) -> Result<(), OutOfRange> {
+    points.iter().enumerate().try_for_each(|(index, point)| {
+        let is_higher = point.is_finite() && point.y > core::mem::replace(&mut below, point.y);
+        ensure(is_higher, format!("{key}[{index}]"), shown(*point), "a point higher than the one before it")
+    })
+}
+
+impl Task {
+    /// Whether its kind has this key.
+    fn takes(&self, key: &str) -> bool {
+        self.score.keys().contains(&key)
+    }
+
+    /// What is wrong with a key of other kinds.
+    fn refusal(&self, key: &str) -> OutOfRange {
+        let of_key = kinds().into_iter().filter(|kind| kind.takes(key));
+        let kinds: Vec<String> = of_key.map(|kind| format!("{:?}", kind.score.kind())).collect();
+        let wanted = format!("this key only beside kind = {}", kinds.join(" or "));
+        OutOfRange::new(key, format!("a value beside kind = {:?}", self.score.kind()), wanted)
+    }
+
+    /// What is wrong with `key` in a file of this kind.
+    fn refusal_of(&self, key: &str) -> Option<String> {
+        (!self.takes(key)).then(|| self.refusal(key).to_string())
+    }
+
+    /// The greatest height of what is to be reached, in cm.
+    pub(super) fn top(&self) -> Option<f64> {
+        let drawn = (self.count > 0).then_some(self.highest_cm);
+        self.targets.iter().chain(self.line.last()).map(|point| point.y).chain(drawn).reduce(f64::max)
+    }
+
+    /// The height at which a task of this kind ends whose highest place is `top`.
+    pub(super) fn end_above(&self, top: Option<f64>) -> f64 {
+        match top {
+            Some(top) if Some(top) != self.top() => {
+                top + self.top().map_or(0.0, |own| self.end_height_cm - own)
+            }
+            _ => self.end_height_cm,
+        }
+    }
+}
+
+/// The table of a task file.
+struct Table;
+
+impl<'de> Deserialize<'de> for Task {
+    fn deserialize<D: Deserializer<'de>>(file: D) -> Result<Self, D::Error> {
+        file.deserialize_map(Table)
+    }
+}
+
+/// The task of the kind that a file names, with the defaults of the kind.
+struct Kind(Task);
+
+impl<'de> Deserialize<'de> for Kind {
+    fn deserialize<D: Deserializer<'de>>(file: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(file)?;
+        let kind = kinds().into_iter().find(|kind| kind.score.kind() == name);
+        kind.map(Self).ok_or_else(|| {
+            let names = kinds().map(|kind| kind.score.kind()).join(", ");
+            D::Error::custom(format!("unknown kind of task {name:?}, wanted one of {names}"))
+        })
+    }
+}
+
+/// The value of a key, or why the key must not be there: so that the error has the line of the value.
+struct Entry<T>(Option<String>, PhantomData<T>);
+
+impl<'de, T: Value> DeserializeSeed<'de> for Entry<T> {
+    type Value = T;
+
+    fn deserialize<D: Deserializer<'de>>(self, file: D) -> Result<T, D::Error> {
+        match self.0 {
+            Some(refusal) => Err(D::Error::custom(refusal)),
+            None => T::read(file),
+        }
+    }
+}
+
+/// A type of values in task files.
+trait Value: for<'de> Deserialize<'de> {
+    /// Whether it is written.
+    fn is_set(&self) -> bool {
+        true
+    }
+
+    fn read<'de, D: Deserializer<'de>>(file: D) -> Result<Self, D::Error> {
+        Self::deserialize(file)
+    }
+}
+
+type Unknown = IgnoredAny;
+
+impl Value for Unknown {}
+impl Value for u32 {}
+impl Value for Point {}
+impl<T: for<'de> Deserialize<'de>> Value for Vec<T> {}
+
+impl<T: for<'de> Deserialize<'de>> Value for Option<T> {
+    fn is_set(&self) -> bool {
+        self.is_some()
+    }
+}
+
+impl Value for f64 {
+    /// JSON has no infinity and writes `null`.
+    fn read<'de, D: Deserializer<'de>>(file: D) -> Result<Self, D::Error> {
+        Ok(Option::deserialize(file)?.unwrap_or(Self::INFINITY))
+    }
+}
