@@ -16,7 +16,7 @@ use tropism::plant::space::{SpaceModel, SpaceState};
 use tropism::plant::stem::{StemModel, StemState};
 use tropism::plant::tip::{ModelError, TipModel, TipState};
 use tropism::random::{NoiseStream, Purpose, StepNoise};
-use tropism::simulation::{self, BatchModel, Episode, Simulation};
+use tropism::simulation::{BatchModel, Episode, Simulation};
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism_neat::Genome;
@@ -204,14 +204,6 @@ impl BatchModel for Model {
         episodes: impl Iterator<Item = Episode<&'g Genome>>,
     ) -> Vec<f64> {
         of_any!(self, |model| model.score(task, sensors, episodes))
-    }
-
-    fn score_linear(
-        &self,
-        task: &Task,
-        episodes: impl Iterator<Item = Episode<simulation::LinearController>>,
-    ) -> Vec<f64> {
-        of_any!(self, |model| model.score_linear(task, episodes))
     }
 
     fn score_rules(

@@ -124,7 +124,7 @@ pub use limits::{DESCRIPTOR_LIMIT, SCORE_LIMIT, SIZE_LIMIT, WEIGHT_LIMIT};
 pub use neat::{Champion, Neat};
 pub use network::Network;
 pub use novelty::{Novelty, NoveltyConfig, NoveltyError};
-pub use random_genome::{random_genome, random_weights};
+pub use random_genome::random_genome;
 pub use species::Species;
 pub use stats::Generation;
 pub use step_network::{LinearThreshold, StepNetwork};

@@ -1,13 +1,13 @@
 //! The paper's random baseline: networks as NEAT's initial population makes them (section 3.1).
 
 use serde::Serialize;
-use tropism_neat::{Activation, Config, Genome, random_genome, random_weights};
+use tropism_neat::{Config, Genome, random_genome};
 
-use crate::control::{Sensors, TIP_INPUTS, outputs};
+use crate::control::{Sensors, outputs};
 use crate::math::statistics;
 use crate::parallel;
 use crate::random::{NoiseStream, Purpose};
-use crate::simulation::{BatchModel, Episode, LinearController};
+use crate::simulation::{BatchModel, Episode};
 use crate::task::Task;
 
 /// Fitness of random controllers (section 3.1).
@@ -43,32 +43,18 @@ pub fn baseline<M: BatchModel>(
     const CHUNK: u64 = 50_000;
     assert!(count > 0, "at least one controller");
     let (inputs, outputs) = (sensors.inputs(), outputs(model.layout()));
-    // The minimal network of the paper's shape is one linear threshold unit, for which there is a faster path.
-    let is_linear = neat.output_activation == Activation::UnsignedStep && sensors.is_tip() && outputs == 1;
     let chunks = parallel::try_map(count.div_ceil(CHUNK) as usize, |chunk| {
         let first = chunk as u64 * CHUNK;
         let indices = first..count.min(first + CHUNK);
         let noise =
             |index: u64| NoiseStream::new(seed, Purpose::Growth, [(index >> 32) as u32, index as u32, 0]);
-        let scores = if is_linear {
-            let threshold = 0.5 + neat.activation_b;
-            let mut weights = random_weights(neat, TIP_INPUTS, outputs, seed, indices.start);
-            let episodes = indices.map(|index| {
-                let mut next = || weights.next().expect("an endless iterator");
-                let output = tropism_neat::LinearThreshold { weights: [next(), next()], threshold };
-                let controller = LinearController { output, bias: next() };
-                Episode { controller, noise: noise(index) }
-            });
-            model.score_linear(task, episodes)
-        } else {
-            let genomes: Vec<Genome> =
-                indices.clone().map(|index| random_genome(neat, inputs, outputs, seed, index)).collect();
-            let episodes = genomes
-                .iter()
-                .zip(indices)
-                .map(|(genome, index)| Episode { controller: genome, noise: noise(index) });
-            model.score(task, sensors, episodes)
-        };
+        let genomes: Vec<Genome> =
+            indices.clone().map(|index| random_genome(neat, inputs, outputs, seed, index)).collect();
+        let episodes = genomes
+            .iter()
+            .zip(indices)
+            .map(|(genome, index)| Episode { controller: genome, noise: noise(index) });
+        let scores = model.score(task, sensors, episodes);
         if tick(scores.len() as u64) { Ok(scores) } else { Err(()) }
     });
     let scores = chunks.ok()?.concat();

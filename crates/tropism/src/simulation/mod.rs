@@ -18,7 +18,6 @@ use crate::random::{NoiseStream, Purpose};
 use crate::task::{Past, Task};
 use crate::track::Track;
 
-pub use batch::LinearController;
 pub use score::{BatchModel, Episode};
 
 /// One simulated plant.

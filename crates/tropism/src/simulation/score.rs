@@ -2,7 +2,7 @@
 
 use tropism_neat::Genome;
 
-use super::batch::{self, LinearController};
+use super::batch;
 use super::{cautious_fitness_of, fitness_of};
 use crate::control::{NetworkController, PredictiveGreedy, PredictiveRule, Sensors};
 use crate::plant::PlantModel;
@@ -38,15 +38,6 @@ pub trait BatchModel: PlantModel + Sized {
         episodes: impl Iterator<Item = Episode<&'g Genome>>,
     ) -> Vec<f64> {
         one_by_one(self, task, sensors, episodes)
-    }
-
-    /// The fitness of each episode's linear controller, which sees the tip and lights one of two lamps, in order.
-    fn score_linear(
-        &self,
-        task: &Task,
-        episodes: impl Iterator<Item = Episode<LinearController>>,
-    ) -> Vec<f64> {
-        episodes.map(|mut episode| fitness_of(self, &mut episode.controller, task, episode.noise)).collect()
     }
 
     /// The fitness of each episode's rule, in order, less `beyond_cost_cm` for each step after which the plant is
@@ -101,17 +92,6 @@ impl BatchModel for TipModel {
         } else {
             one_by_one(self, task, sensors, episodes)
         }
-    }
-
-    fn score_linear(
-        &self,
-        task: &Task,
-        episodes: impl Iterator<Item = Episode<LinearController>>,
-    ) -> Vec<f64> {
-        if task.has_score::<Targets>() && self.layout().len() == 2 {
-            return batch::fitness_of_linear(self, task, &mut { episodes });
-        }
-        episodes.map(|mut episode| fitness_of(self, &mut episode.controller, task, episode.noise)).collect()
     }
 }
 

@@ -8,7 +8,7 @@ use tropism::plant::PlantModel;
 use tropism::plant::stem::StemModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, NoiseStream, Purpose};
-use tropism::simulation::{BatchModel, Episode, LinearController, cautious_fitness_of, fitness_of};
+use tropism::simulation::{BatchModel, Episode, cautious_fitness_of, fitness_of};
 use tropism::task::Task;
 use tropism::track::Track;
 use tropism_neat::{Config, Genome, Neat};
@@ -73,35 +73,6 @@ fn many_targets(count: u32) -> Task {
         Point::new(if number.is_multiple_of(2) { 0.7 } else { -0.3 }, 4.1 + 0.18 * f64::from(number))
     };
     Task { targets: (0..count).map(place).collect(), ..Task::default() }
-}
-
-#[test]
-fn linear_controllers_of_any_size_have_the_fitness_of_their_genomes_to_the_bit() {
-    let model = tip_model();
-    for (task, range, count) in [
-        (Task::default(), 1.0, 3000),
-        // Weights such that single precision is in doubt at every step.
-        (Task::default(), 1e5, 300),
-        (Task { max_steps: 37, ..Task::default() }, 0.1, 300),
-        (many_targets(7), 1.0, 300),
-        (many_targets(50), 1.0, 20),
-    ] {
-        let config = Config { initial_weight_range: range, ..Config::wahby2016() };
-        let noise = |index: u64| NoiseStream::new(9, Purpose::Trial, [index as u32, 0, 0]);
-        let genome = |index| tropism_neat::random_genome(&config, 2, 1, 4, index);
-        let controllers = (0..count).map(|index| {
-            let genome = genome(index);
-            let [of_x, of_y, bias] = [0, 1, 2].map(|link| genome.links()[link].weight);
-            let output = tropism_neat::LinearThreshold { weights: [of_x, of_y], threshold: 0.5 };
-            Episode { controller: LinearController { output, bias }, noise: noise(index) }
-        });
-        let fast = model.score_linear(&task, controllers);
-        for (index, fast) in (0..).zip(fast) {
-            let mut plain = NetworkController::of_tip(&genome(index)).unwrap();
-            let exact = fitness_of(&model, &mut plain, &task, noise(index));
-            assert_eq!(fast.to_bits(), exact.to_bits(), "range {range}, seed {index}: {fast} {exact}");
-        }
-    }
 }
 
 #[test]

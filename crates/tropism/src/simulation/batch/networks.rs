@@ -4,12 +4,11 @@
 
 use tropism_neat::{Genome, StepNetwork};
 
-use super::Controllers;
-use super::plants::{BatchTask, Plants};
+use super::plants::{LANES, Plants};
 use crate::control::TIP_INPUTS as INPUTS;
 
 #[repr(C, align(64))]
-pub(super) struct Networks<const LANES: usize> {
+pub(super) struct Networks {
     /// The tip in double precision: the inputs of the networks.
     inputs: [[f64; LANES]; INPUTS],
     /// The light: 1 for right.
@@ -22,7 +21,7 @@ pub(super) struct Networks<const LANES: usize> {
     /// 1 where the network changes its state.
     changes: [u8; LANES],
     /// Input weights and threshold of the first input neuron of each network, of the second, and so on.
-    neurons: Vec<InputNeurons<LANES>>,
+    neurons: Vec<InputNeurons>,
     /// Sum over the recurrent and hidden links into each input neuron, in the present state.
     recurrent: Vec<[f64; LANES]>,
     networks: Vec<StepNetwork<INPUTS>>,
@@ -30,18 +29,18 @@ pub(super) struct Networks<const LANES: usize> {
 
 /// One input neuron of each network.
 #[repr(C, align(64))]
-struct InputNeurons<const LANES: usize> {
+struct InputNeurons {
     weights: [[f64; LANES]; INPUTS],
     threshold: [f64; LANES],
 }
 
-impl<const LANES: usize> InputNeurons<LANES> {
+impl InputNeurons {
     const fn silent() -> Self {
         Self { weights: [[0.0; LANES]; INPUTS], threshold: [0.0; LANES] }
     }
 }
 
-impl<const LANES: usize> Default for Networks<LANES> {
+impl Default for Networks {
     fn default() -> Self {
         Self {
             inputs: [[0.0; LANES]; INPUTS],
@@ -57,19 +56,16 @@ impl<const LANES: usize> Default for Networks<LANES> {
     }
 }
 
-impl<const LANES: usize> Controllers<&Genome, LANES> for Networks<LANES> {
-    fn begin(&mut self) {
+impl Networks {
+    /// Prepares for a new set of episodes: all lanes are free.
+    pub(super) fn begin(&mut self) {
         // No more rows than these episodes need.
         self.neurons.clear();
         self.recurrent.clear();
     }
 
-    fn assign<const TARGETS: usize>(
-        &mut self,
-        lane: usize,
-        genome: &&Genome,
-        _: &BatchTask<'_, TARGETS>,
-    ) -> bool {
+    /// Puts the network of `genome` into a lane, at rest; `false` if it cannot be run in lanes.
+    pub(super) fn assign(&mut self, lane: usize, genome: &Genome) -> bool {
         let network = &mut self.networks[lane];
         if !network.assign(genome) {
             return false;
@@ -92,20 +88,11 @@ impl<const LANES: usize> Controllers<&Genome, LANES> for Networks<LANES> {
         true
     }
 
-    #[inline(always)]
-    fn step<const TARGETS: usize>(&mut self, plants: &mut Plants<LANES>, task: &BatchTask<'_, TARGETS>) {
-        self.decide(plants);
-        let light = &self.light;
-        plants.step(task, |lane, _, _| (light[lane], false), |lane, _, _| light[lane]);
-        self.advance();
-    }
-
-    fn retire(&mut self, lane: usize) {
+    /// Marks the network of a lane as no longer needed.
+    pub(super) fn retire(&mut self, lane: usize) {
         (self.watched[lane], self.stay[lane]) = (0, 0);
     }
-}
 
-impl<const LANES: usize> Networks<LANES> {
     /// Copies the recurrent sums of the network in `lane` for its present state.
     #[inline(always)]
     fn refresh(&mut self, lane: usize) {
@@ -117,9 +104,9 @@ impl<const LANES: usize> Networks<LANES> {
         self.stay[lane] = network.self_transition();
     }
 
-    /// Computes every network's output: the light.
+    /// Every network's output: 1 for the right light.
     #[inline(always)]
-    fn decide(&mut self, plants: &Plants<LANES>) {
+    pub(super) fn decide(&mut self, plants: &Plants) -> &[u32; LANES] {
         for lane in 0..LANES {
             self.inputs[0][lane] = plants.x[lane].into();
             self.inputs[1][lane] = plants.y[lane].into();
@@ -138,6 +125,7 @@ impl<const LANES: usize> Networks<LANES> {
             self.light[lane] = self.fired[lane] as u32 & 1;
             self.changes[lane] = u8::from(self.fired[lane] & self.watched[lane] != self.stay[lane]);
         }
+        &self.light
     }
 
     /// Moves every network to its next state.
@@ -145,7 +133,7 @@ impl<const LANES: usize> Networks<LANES> {
     /// After the plants have grown, although it could come before: the branch on which networks change is hard to predict,
     /// and the processor resolves it while the plants' arithmetic is still in flight.
     #[inline(always)]
-    fn advance(&mut self) {
+    pub(super) fn advance(&mut self) {
         let mut lanes = bits(&self.changes);
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
@@ -158,7 +146,7 @@ impl<const LANES: usize> Networks<LANES> {
 
 /// Packs the bytes of at most 64 lanes, each 0 or 1, into bits.
 #[inline(always)]
-fn bits<const LANES: usize>(bytes: &[u8; LANES]) -> u64 {
+fn bits(bytes: &[u8; LANES]) -> u64 {
     let (groups, _) = bytes.as_chunks::<8>();
     groups.iter().rev().fold(0, |bits, group| {
         // Byte n is moved to bit 56 + n, and no two meet on the way.

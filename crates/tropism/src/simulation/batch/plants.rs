@@ -8,6 +8,9 @@ use crate::plant::tip::{TipModel, TipState};
 use crate::random::{self, NoiseStream, STEP_INCREMENT};
 use crate::task::Task;
 
+/// Plants side by side. Chosen for speed: state transitions of networks are scalar, and do best in few lanes.
+pub(super) const LANES: usize = 32;
+
 /// Model and task in the form that the lanes need, with room for `TARGETS` targets.
 pub(super) struct BatchTask<'m, const TARGETS: usize> {
     table: &'m Table,
@@ -53,12 +56,6 @@ impl<'m, const TARGETS: usize> BatchTask<'m, TARGETS> {
             max_steps: task.max_steps,
         })
     }
-
-    /// Upper bound of a plant's length, in cm: no draw of `approx_normal` exceeds 4.05.
-    pub(super) fn reach(&self) -> f64 {
-        let [mean, sd] = self.growth.map(f64::from);
-        f64::from(self.seedling.length) + f64::from(self.max_steps) * (mean + 4.05 * sd)
-    }
 }
 
 /// The least single-precision number that is not below `value`.
@@ -71,7 +68,7 @@ fn ceiling(value: f64) -> f32 {
 ///
 /// A plant whose experiment is over grows on until its lane is refilled; it no longer adds to the fitness.
 #[repr(C, align(64))]
-pub(super) struct Plants<const LANES: usize> {
+pub(super) struct Plants {
     pub(super) x: [f32; LANES],
     pub(super) y: [f32; LANES],
     length: [f32; LANES],
@@ -96,9 +93,9 @@ pub(super) struct Plants<const LANES: usize> {
     now: u32,
 }
 
-impl<const LANES: usize> Plants<LANES> {
-    /// A batch without plants: all lanes are free.
-    pub(super) const fn empty() -> Self {
+impl Default for Plants {
+    /// No plants: all lanes are free.
+    fn default() -> Self {
         Self {
             x: [0.0; LANES],
             y: [1.0; LANES],
@@ -115,7 +112,9 @@ impl<const LANES: usize> Plants<LANES> {
             now: 0,
         }
     }
+}
 
+impl Plants {
     /// Puts a seedling into a lane.
     pub(super) fn refill<const TARGETS: usize>(
         &mut self,
@@ -135,7 +134,7 @@ impl<const LANES: usize> Plants<LANES> {
     }
 
     /// The free lanes.
-    pub(super) fn free_lanes(&self) -> impl Iterator<Item = usize> + use<LANES> {
+    pub(super) fn free_lanes(&self) -> impl Iterator<Item = usize> + use<> {
         lanes_of(self.is_free)
     }
 
@@ -165,31 +164,12 @@ impl<const LANES: usize> Plants<LANES> {
         (self.highest[lane], self.steps_left[lane]) = (f32::INFINITY, u32::MAX);
     }
 
-    /// One step of every plant under its light, eqs. (4)-(8), and of its fitness, eq. (9).
-    ///
-    /// `light` gives 1 for right, and whether single precision may have decided wrongly; then `decide_exactly` decides.
+    /// One step of every plant under its light, 1 for right, eqs. (4)-(8), and of its fitness, eq. (9).
     #[inline(always)]
-    pub(super) fn step<const TARGETS: usize>(
-        &mut self,
-        task: &BatchTask<'_, TARGETS>,
-        light: impl Fn(usize, f32, f32) -> (u32, bool),
-        decide_exactly: impl Fn(usize, f32, f32) -> u32,
-    ) {
+    pub(super) fn step<const TARGETS: usize>(&mut self, task: &BatchTask<'_, TARGETS>, light: &[u32; LANES]) {
         let table = task.table;
-        let mut is_any_close = false;
         for lane in 0..LANES {
-            let (x, y) = (self.x[lane], self.y[lane]);
-            let (light, is_close) = light(lane, x, y);
-            is_any_close |= is_close;
-            self.place[lane] = table.place(x, y, light);
-        }
-        if is_any_close {
-            for lane in 0..LANES {
-                let (x, y) = (self.x[lane], self.y[lane]);
-                if light(lane, x, y).1 {
-                    self.place[lane] = table.place(x, y, decide_exactly(lane, x, y));
-                }
-            }
+            self.place[lane] = table.place(self.x[lane], self.y[lane], light[lane]);
         }
         self.draw_and_look_up(table);
         self.grow(task);
@@ -277,7 +257,7 @@ impl<const LANES: usize> Plants<LANES> {
 
 /// The lanes whose byte is 1; the others are 0.
 #[inline(always)]
-pub(super) fn lanes_of<const LANES: usize>(bytes: [u8; LANES]) -> impl Iterator<Item = usize> {
+fn lanes_of(bytes: [u8; LANES]) -> impl Iterator<Item = usize> {
     (0..LANES / 8).flat_map(move |word| {
         let mut left = u64::from_le_bytes(core::array::from_fn(|byte| bytes[8 * word + byte]));
         std::iter::from_fn(move || {
