@@ -7,11 +7,10 @@
 
 use std::path::Path;
 
-use tropism::control::Controller;
+use tropism::control::Schedule;
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
-use tropism::observation::Observation;
 use tropism::plant::PlantModel;
 use tropism::random::{self, Purpose};
 use tropism::task::Task;
@@ -30,31 +29,20 @@ const CLEAR: f64 = 1.0 / 3.0;
 /// Plants that are grown before a sequence is given up, because none was as high as the highest target.
 const TRIES: u64 = 20;
 
-/// Lights that were drawn beforehand.
-struct Drawn(std::vec::IntoIter<Light>);
-
-impl Drawn {
-    /// Light for `steps` steps of `period_min` minutes that moves to another lamp at random times.
-    fn wandering(layout: &Layout, period_min: f64, steps: u32, seed: u64) -> Self {
-        let mut rng = random::stream(seed, Purpose::Targets, 0);
-        let mut below = |count: usize| (random::uniform(&mut rng) * count as f64) as usize;
-        let lights: Vec<Light> = layout.lights().collect();
-        let steps_a_move = (60.0 * MOVE_H / period_min).ceil() as usize;
-        let mut lit = below(lights.len());
-        let mut light = |_| {
-            if below(steps_a_move) == 0 {
-                lit = (lit + 1 + below(lights.len() - 1)) % lights.len();
-            }
-            lights[lit]
-        };
-        Self((0..steps).map(&mut light).collect::<Vec<Light>>().into_iter())
-    }
-}
-
-impl Controller for Drawn {
-    fn decide(&mut self, _seen: &Observation) -> Light {
-        self.0.next().expect("a light for each step of the task")
-    }
+/// Light for `steps` steps of `period_min` minutes that moves to another lamp at random times.
+fn wandering(layout: &Layout, period_min: f64, steps: u32, seed: u64) -> Schedule {
+    let mut rng = random::stream(seed, Purpose::Targets, 0);
+    let mut below = |count: usize| (random::uniform(&mut rng) * count as f64) as usize;
+    let lights: Vec<Light> = layout.lights().collect();
+    let steps_a_move = (60.0 * MOVE_H / period_min).ceil() as usize;
+    let mut lit = below(lights.len());
+    let light = |_| {
+        if below(steps_a_move) == 0 {
+            lit = (lit + 1 + below(lights.len() - 1)) % lights.len();
+        }
+        lights[lit]
+    };
+    Schedule::new((0..steps.max(1)).map(light).collect())
 }
 
 /// Draws the targets of a `task` whose targets are still to be drawn: number 0 under `seed`, in the tent `greenhouse` at steps
@@ -113,7 +101,7 @@ fn try_sequence(task: &Task, trial: &Trial<'_>, seed: u64, index: u64) -> Option
         .collect();
     (0..TRIES).find_map(|attempt| {
         let plant = random::derive(seed, Purpose::Targets, index * TRIES + attempt) >> 1;
-        let mut lights = Drawn::wandering(&typical.layout, typical.period_min, task.max_steps, plant);
+        let mut lights = wandering(&typical.layout, typical.period_min, task.max_steps, plant);
         let track = typical.grow(plant, &mut lights, task, &mut unwatched);
         let targets: Option<Vec<Point>> = heights.iter().map(|&height| place_at(&track, height)).collect();
         Some(task.drawn(targets?))

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use tropism::control::Controller;
+use tropism::control::{Controller, Schedule};
 use tropism::environment::Environment;
 use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
@@ -111,7 +111,7 @@ pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal>
             spec.check(&layout, PAPER_PERIOD_MIN)?;
             spec.build(&task, &layout, PAPER_PERIOD_MIN)
         }
-        Who::You => Box::new(Given::read(&plan.lights)?),
+        Who::You => Box::new(schedule_of(&plan.lights)?),
     };
     let most = if plan.who == Who::You { plan.lights.len() as u32 } else { MOST_STEPS };
     let mut bean = Trial { solids: task.solids(), ..Trial::new(&species) }.specimen(plan.seed);
@@ -165,27 +165,19 @@ fn frame(task: &Task, seen: &Observation, light: Option<Light>) -> Frame {
     }
 }
 
-/// The lights that a person gave.
-struct Given(std::vec::IntoIter<Light>);
-
-impl Given {
-    fn read(letters: &str) -> Result<Self, Refusal> {
-        let light = |letter| match letter {
-            'l' => Ok(Light::LEFT),
-            'r' => Ok(Light::RIGHT),
-            other => Err(Refusal::bad(format!("lights: found {other:?}, wanted l or r"))),
-        };
-        if letters.len() > MOST_STEPS as usize {
-            return Err(Refusal::bad(format!("found {} lights, wanted at most {MOST_STEPS}", letters.len())));
-        }
-        Ok(Self(letters.chars().map(light).collect::<Result<Vec<_>, _>>()?.into_iter()))
+/// The lights that a person gave, as letters. Without any, the left lamp.
+fn schedule_of(letters: &str) -> Result<Schedule, Refusal> {
+    if letters.len() > MOST_STEPS as usize {
+        return Err(Refusal::bad(format!("found {} lights, wanted at most {MOST_STEPS}", letters.len())));
     }
-}
-
-impl Controller for Given {
-    fn decide(&mut self, _seen: &Observation) -> Light {
-        self.0.next().unwrap_or(Light::LEFT)
-    }
+    let light = |letter| match letter {
+        'l' => Ok(Light::LEFT),
+        'r' => Ok(Light::RIGHT),
+        other => Err(Refusal::bad(format!("lights: found {other:?}, wanted l or r"))),
+    };
+    let mut lights = letters.chars().map(light).collect::<Result<Vec<_>, _>>()?;
+    lights.push(Light::LEFT);
+    Ok(Schedule::new(lights))
 }
 
 /// What a controller is made by.

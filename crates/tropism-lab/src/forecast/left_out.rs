@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::path::PathBuf;
 
-use tropism::control::{Controller, Periodic};
+use tropism::control::{Controller, Periodic, Schedule};
 use tropism::environment::{self, Environment};
 use tropism::geometry::space::{self, SpacePoint};
 use tropism::geometry::{Point, STEM_POINTS};
@@ -173,7 +173,7 @@ pub(super) fn grown(
     let six_hours =
         |_| -> Box<dyn Controller> { Box::new(Periodic::every(PAPER_SWITCH_MIN / period_min, layout)) };
     let random = |plant| -> Box<dyn Controller> {
-        Box::new(Schedule::random(plan.seed, plant, layout, steps, period_min))
+        Box::new(random_schedule(plan.seed, plant, layout, steps, period_min))
     };
     Ok(vec![grow("six-hour", &six_hours)?, grow("random", &random)?])
 }
@@ -218,27 +218,16 @@ impl Environment for Witnessed {
     }
 }
 
-/// Lights that were drawn beforehand.
-struct Schedule(std::vec::IntoIter<Light>);
-
-impl Schedule {
-    /// The lamps of `layout` in turn from a random one on, each for a random time.
-    fn random(seed: u64, plant: u32, layout: &Layout, steps: usize, period_min: f64) -> Self {
-        let all: Vec<Light> = layout.lights().collect();
-        let mut draws = NoiseStream::new(seed, Purpose::Schedule, [plant, 0, 0]).of_seedling();
-        let mut lamp = (draws.uniform() * all.len() as f64) as usize;
-        let mut lights = Vec::with_capacity(steps + 1);
-        while lights.len() <= steps {
-            let minutes = RANDOM_MIN[0] + (RANDOM_MIN[1] - RANDOM_MIN[0]) * draws.uniform();
-            lights.extend(std::iter::repeat_n(all[lamp % all.len()], steps_of(minutes, period_min)));
-            lamp += 1;
-        }
-        Self(lights.into_iter())
+/// The lamps of `layout` in turn from a random one on, each for a random time.
+fn random_schedule(seed: u64, plant: u32, layout: &Layout, steps: usize, period_min: f64) -> Schedule {
+    let all: Vec<Light> = layout.lights().collect();
+    let mut draws = NoiseStream::new(seed, Purpose::Schedule, [plant, 0, 0]).of_seedling();
+    let mut lamp = (draws.uniform() * all.len() as f64) as usize;
+    let mut lights = Vec::with_capacity(steps + 1);
+    while lights.len() <= steps {
+        let minutes = RANDOM_MIN[0] + (RANDOM_MIN[1] - RANDOM_MIN[0]) * draws.uniform();
+        lights.extend(std::iter::repeat_n(all[lamp % all.len()], steps_of(minutes, period_min)));
+        lamp += 1;
     }
-}
-
-impl Controller for Schedule {
-    fn decide(&mut self, _seen: &Observation) -> Light {
-        self.0.next().expect("as many lights as steps")
-    }
+    Schedule::new(lights)
 }

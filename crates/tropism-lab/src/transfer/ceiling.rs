@@ -8,7 +8,7 @@
 //! # References
 //! Beam search: Lowerre 1976, *The HARPY Speech Recognition System*. Local search: Aarts and Lenstra 1997, chapter 1.
 
-use tropism::control::{Controller, Greedy};
+use tropism::control::{Controller, Greedy, Schedule};
 use tropism::environment::Environment;
 use tropism::lamps::Light;
 use tropism::observation::Observation;
@@ -74,22 +74,6 @@ struct Search<'s> {
     may_go_on: &'s dyn Fn() -> bool,
 }
 
-/// A schedule of lamps in blocks, as a controller. The light of the last block stays lit.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Schedule {
-    blocks: Vec<Light>,
-    block_steps: usize,
-    step: usize,
-}
-
-impl Controller for Schedule {
-    fn decide(&mut self, _seen: &Observation) -> Light {
-        let block = (self.step / self.block_steps).min(self.blocks.len() - 1);
-        self.step += 1;
-        self.blocks[block]
-    }
-}
-
 /// The best schedule that the search finds on `plant`; `None` after `may_go_on` said no.
 pub(super) fn search(plant: &Specimen, task: &Task, may_go_on: &dyn Fn() -> bool) -> Option<Schedule> {
     let block_steps = ((BLOCK_MIN / plant.period_min()).round() as u32).max(1);
@@ -105,7 +89,8 @@ pub(super) fn search(plant: &Specimen, task: &Task, may_go_on: &dyn Fn() -> bool
     }
     // A task that is over at its start leaves no block.
     let blocks = if best.1.is_empty() { search.lights } else { best.1 };
-    Some(Schedule { blocks, block_steps: block_steps as usize, step: 0 })
+    let steps = |&light: &Light| std::iter::repeat_n(light, block_steps as usize);
+    Some(Schedule::new(blocks.iter().flat_map(steps).collect()))
 }
 
 /// Keeps the [`BEAM`] fittest plants. Of equally fit ones, as all are while a task is worth nothing yet, those stay whose tips

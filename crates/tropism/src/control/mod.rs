@@ -1,7 +1,7 @@
 //! Controllers: from what is seen of the plant to the lamp that is lit.
 //!
 //! An [`Observation`] comes in, a [`Light`] goes out, once a step. [`Periodic`] sees nothing and switches at regular
-//! intervals, as in the paper's open-loop experiments; [`Greedy`] is the rule that a person would write by hand;
+//! intervals, as in the paper's open-loop experiments; [`Schedule`] plays back a list of lights; [`Greedy`] is the rule that a person would write by hand;
 //! [`PredictiveGreedy`] is the same rule with nine numbers that are tuned on a model;
 //! [`Planner`] decides by simulations of a model;
 //! [`NetworkController`] is what evolution makes, and [`Sensors`] say what its network sees. [`network_analysis`] reads
@@ -16,6 +16,7 @@ pub mod network_analysis;
 mod periodic;
 mod planner;
 pub(crate) mod rule;
+mod schedule;
 mod sensors;
 
 use crate::lamps::Light;
@@ -26,6 +27,7 @@ pub use network::{NetworkController, OUTPUTS, ShapeError, outputs};
 pub use periodic::Periodic;
 pub use planner::{Planner, PlannerConfig};
 pub use rule::{Avoidance, PredictiveGreedy, PredictiveRule};
+pub use schedule::Schedule;
 pub use sensors::{Sensor, SensorState, Sensors, SensorsError, TIP_INPUTS};
 
 /// Decides which lamp is lit until the next observation.
