@@ -125,11 +125,7 @@ impl FinishedRun {
             return self.detect_stems();
         }
         let at = || Error::at(path.display());
-        let journal = Journal::open_to_read(&path).map_err(at())?;
-        if !journal.has_stems() {
-            return self.detect_stems();
-        }
-        let steps = journal.steps().map_err(at())?;
+        let steps = Journal::open_to_read(&path).and_then(|journal| journal.steps()).map_err(at())?;
         let lights = lights_that_acted(&steps);
         let stride = stride(steps.len());
         let drawn = steps.into_iter().zip(lights).step_by(stride).filter(|(step, _)| step.seen.is_measured());

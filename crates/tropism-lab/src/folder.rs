@@ -59,18 +59,6 @@ pub enum FolderError {
         /// The same line as it is wanted now.
         wanted: String,
     },
-    /// It holds a run of an older schema.
-    #[error(
-        "{path}: found a run of {found}, wanted {wanted}; finish it with the version that began it, or use another folder"
-    )]
-    OldSchema {
-        /// Its configuration.
-        path: PathBuf,
-        /// Its schema.
-        found: &'static str,
-        /// The schema of this version.
-        wanted: &'static str,
-    },
     /// Photographs of steps that the journal does not have.
     #[error(
         "{path}: found this photograph, but the journal ends before step {next}: it has lost steps; wanted a whole journal. \
@@ -95,7 +83,6 @@ impl FolderError {
             self,
             Self::Taken { .. }
                 | Self::OtherRun { .. }
-                | Self::OldSchema { .. }
                 | Self::LostSteps { .. }
                 | Self::Lock(LockError::InUse { .. })
         )

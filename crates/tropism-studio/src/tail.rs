@@ -19,7 +19,7 @@ impl Tail {
         if let Ok(same) = self.follow(&path) {
             return Some(same);
         }
-        // Of an older version, or damaged: its mirror may stand in.
+        // Damaged: its mirror may stand in.
         let read = match read_journal(folder) {
             // It has just begun.
             Err(_) if !path.exists() => Default::default(),

@@ -71,7 +71,7 @@ pub enum JournalError {
         wanted: &'static str,
     },
     /// A schema that this version cannot use.
-    #[error("found journal schema {0}, wanted {SCHEMA}; the version that began the run can resume it")]
+    #[error("found journal schema {0}, wanted {SCHEMA}: the run was begun by another version")]
     Schema(i64),
 }
 

@@ -38,12 +38,8 @@ pub use error::JournalError;
 pub(crate) use step::lights_that_acted;
 pub use step::{SideRecord, StepRecord};
 
-/// The schema that is written. 7 added the camera at the side, 6 the chain of entries and the settings, 5 the stem of each step, 4 the shift of the
-/// camera, 3 events, boots and wall times.
+/// Number of the schema, kept as SQLite's `user_version`. Journals of other schemas are refused.
 const SCHEMA: i64 = 7;
-
-/// The oldest schema that can be read. Only a journal of [`SCHEMA`] can be resumed.
-const OLDEST_READABLE: i64 = 2;
 
 const TABLES: &str = "
     CREATE TABLE steps (
@@ -93,7 +89,6 @@ const STATEMENTS: [(&str, &str); 6] = [
 #[derive(Debug)]
 pub struct Journal {
     db: Connection,
-    schema: i64,
     /// Digest of the last entry.
     digest: RefCell<String>,
     mirror: Mirror,
@@ -135,15 +130,10 @@ impl Journal {
     /// Opens the journal at `path` to read it, also while a run writes it. Where it is damaged its mirror stands in.
     ///
     /// # Errors
-    /// [`JournalError`] if there is no journal, if entries are whole neither in it nor in its mirror, or if its schema cannot
-    /// be read.
+    /// [`JournalError`] if there is no journal, if entries are whole neither in it nor in its mirror, or if it is of another
+    /// schema.
     pub fn open_to_read(path: &Path) -> Result<Self, JournalError> {
         match Survey::of(path) {
-            // Before schema 6 there was no chain.
-            Err(JournalError::Schema(schema @ OLDEST_READABLE..SCHEMA)) => {
-                let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
-                Ok(Self::with_schema(db, schema))
-            }
             Ok(survey) if survey.history.is_empty() && !path.exists() => {
                 Err(JournalError::Damaged("no such file".to_owned()))
             }
@@ -159,7 +149,7 @@ impl Journal {
     pub fn follow(path: &Path) -> Result<Self, JournalError> {
         let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
         match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
-            SCHEMA => Ok(Self::with_schema(db, SCHEMA)),
+            SCHEMA => Ok(Self::new(db)),
             other => Err(JournalError::Schema(other)),
         }
     }
@@ -179,14 +169,8 @@ impl Journal {
         self.restored.as_deref()
     }
 
-    /// Whether it holds the stem of each step: since schema 5.
-    #[must_use]
-    pub const fn has_stems(&self) -> bool {
-        self.schema >= 5
-    }
-
-    fn with_schema(db: Connection, schema: i64) -> Self {
-        Self { db, schema, digest: RefCell::default(), mirror: Mirror::default(), restored: None }
+    fn new(db: Connection) -> Self {
+        Self { db, digest: RefCell::default(), mirror: Mirror::default(), restored: None }
     }
 
     fn connect(path: &Path, durability: Durability) -> Result<Self, JournalError> {
@@ -197,7 +181,7 @@ impl Journal {
         // FULL syncs the log at every commit. OFF leaves that to the system, which outlives a killed program.
         db.pragma_update(None, "synchronous", if durability == Durability::Full { "FULL" } else { "OFF" })?;
         match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
-            SCHEMA => Ok(Self::with_schema(db, SCHEMA)),
+            SCHEMA => Ok(Self::new(db)),
             0 => Self::of(db),
             other => Err(JournalError::Schema(other)),
         }
@@ -206,7 +190,7 @@ impl Journal {
     /// An empty journal in a database.
     fn of(db: Connection) -> Result<Self, JournalError> {
         db.execute_batch(&format!("BEGIN; {TABLES} PRAGMA user_version = {SCHEMA}; COMMIT;"))?;
-        Ok(Self::with_schema(db, SCHEMA))
+        Ok(Self::new(db))
     }
 
     /// A journal of `history` in memory.
@@ -344,9 +328,12 @@ impl Journal {
     /// # Errors
     /// As [`Self::steps`].
     pub fn steps_in(&self, numbers: Range<u32>) -> Result<Vec<StepRecord>, JournalError> {
-        let columns = StepRecord::columns(self.schema);
-        let query = format!("SELECT {columns} FROM steps WHERE step >= ? AND step < ? ORDER BY step");
-        let mut statement = self.db.prepare(&query)?;
+        let query = concat!(
+            "SELECT ",
+            columns!(),
+            ", decided, done FROM steps WHERE step >= ? AND step < ? ORDER BY step"
+        );
+        let mut statement = self.db.prepare(query)?;
         let mut found = statement.query([numbers.start, numbers.end])?;
         let mut steps = Vec::new();
         while let Some(row) = found.next()? {
@@ -355,14 +342,11 @@ impl Journal {
         Ok(steps)
     }
 
-    /// The text of the `run.toml` of the run; `None` in a new journal and before schema 6.
+    /// The text of the `run.toml` of the run; `None` in a new journal.
     ///
     /// # Errors
     /// [`JournalError::Sqlite`].
     pub fn settings(&self) -> Result<Option<String>, JournalError> {
-        if self.schema < 6 {
-            return Ok(None);
-        }
         Ok(self.db.query_row("SELECT text FROM settings", [], |row| row.get(0)).optional()?)
     }
 
@@ -382,7 +366,7 @@ impl Journal {
         Ok(self.db.query_row("SELECT coalesce(max(step) + 1, 0) FROM steps", [], |row| row.get(0))?)
     }
 
-    /// Reads all events in order; none in a journal before schema 3.
+    /// Reads all events in order.
     ///
     /// # Errors
     /// [`JournalError`] names the event that cannot be read.
@@ -390,14 +374,11 @@ impl Journal {
         self.events_after(0)
     }
 
-    /// Reads all events but the first `count`, in order; none in a journal before schema 3.
+    /// Reads all events but the first `count`, in order.
     ///
     /// # Errors
     /// As [`Self::events`].
     pub fn events_after(&self, count: usize) -> Result<Vec<Event>, JournalError> {
-        if self.schema < 3 {
-            return Ok(Vec::new());
-        }
         let query = "SELECT step, kind, text, since_start_s, unix_s FROM event ORDER BY id LIMIT -1 OFFSET ?";
         let mut statement = self.db.prepare(query)?;
         let mut found = statement.query([count as i64])?;

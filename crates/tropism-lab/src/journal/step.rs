@@ -37,7 +37,7 @@ pub struct StepRecord {
     pub photo_bytes: u64,
     /// SHA-256 of the photograph, in hexadecimal.
     pub photo_sha256: String,
-    /// What the tip tracker made of the photograph. Journals before schema 5 hold no stem.
+    /// What the tip tracker made of the photograph.
     pub seen: TrackedFrame,
     /// What a second camera saw at the side; `None` without one.
     pub side: Option<Box<SideRecord>>,
@@ -108,22 +108,7 @@ impl StepRecord {
         ]
     }
 
-    /// Columns that [`Self::read`] reads from a journal of `schema`.
-    pub(super) fn columns(schema: i64) -> String {
-        let later = match schema {
-            ..3 => "NULL, NULL, NULL, NULL, NULL, NULL, NULL",
-            3 => "begun_s, unix_s, lit, NULL, NULL, NULL, NULL",
-            4 => "begun_s, unix_s, lit, moved_x_px, moved_y_px, NULL, NULL",
-            5 | 6 => "begun_s, unix_s, lit, moved_x_px, moved_y_px, stem, NULL",
-            _ => "begun_s, unix_s, lit, moved_x_px, moved_y_px, stem, side",
-        };
-        format!(
-            "step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px, tip_y_px, quality, class, \
-             confidence, decided, done, {later}"
-        )
-    }
-
-    /// Reads a row of the [columns](Self::columns).
+    /// Reads a row of the `columns!`, `decided` and `done`.
     pub(super) fn read(row: &rusqlite::Row<'_>) -> Result<Self, JournalError> {
         let (step, photo): (u32, String) = (row.get(0)?, row.get(2)?);
         if !is_plain_name(&photo) {
@@ -137,11 +122,11 @@ impl StepRecord {
             photo_bytes: row.get::<_, i64>(3)? as u64,
             photo_sha256: row.get(4)?,
             seen: read_seen(step, row)?,
-            side: row.get::<_, Option<String>>(20)?.map(|text| parse_side(step, text)).transpose()?,
-            decided: read_light(step, "decided", row.get(12)?)?.flatten(),
-            is_confirmed: row.get(13)?,
-            begun: moment(row.get(14)?, row.get(15)?),
-            lit: read_light(step, "lit", row.get(16)?)?,
+            side: row.get::<_, Option<String>>(18)?.map(|text| parse_side(step, text)).transpose()?,
+            decided: read_light(step, "decided", row.get(19)?)?.flatten(),
+            is_confirmed: row.get(20)?,
+            begun: moment(row.get(12)?, row.get(13)?),
+            lit: read_light(step, "lit", row.get(14)?)?,
         })
     }
 }
@@ -154,7 +139,7 @@ fn read_seen(step: u32, row: &rusqlite::Row<'_>) -> Result<TrackedFrame, Journal
     let quality: Option<Quality> =
         quality.map(|word| parse(step, "quality", word, "measured, held or simulated")).transpose()?;
     let status: FrameStatus = parse(step, "class", row.get(10)?, "a class of photograph")?;
-    let stem: Option<String> = row.get(19)?;
+    let stem: Option<String> = row.get(17)?;
     let stem = stem.map(|text| parse_stem(step, text)).transpose()?;
     let observation = pair(5, 6)?.zip(quality).map(|(tip, quality)| Observation {
         tip: Point::from(tip),
@@ -168,7 +153,7 @@ fn read_seen(step: u32, row: &rusqlite::Row<'_>) -> Result<TrackedFrame, Journal
         tip_px: pair(7, 8)?.map(pixel),
         status,
         confidence: row.get(11)?,
-        camera_shift: pair(17, 18)?.map(pixel),
+        camera_shift: pair(15, 16)?.map(pixel),
     })
 }
 

@@ -3,11 +3,9 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use tropism::evolve::Champion;
 use tropism::task::Task;
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_bean::tent::Greenhouse;
-use tropism_neat::Genome;
 use tropism_report::Plants;
 use tropism_rig::file::RigFile;
 
@@ -17,11 +15,8 @@ use crate::files::{self, FileError};
 use crate::folder::{FolderError, RunFolder};
 use crate::journal::Journal;
 
-/// The schema that is written.
+/// What `run.toml` calls itself.
 const SCHEMA: &str = "tropism.run/2";
-
-/// The schema before it, with the controller as prose.
-const SCHEMA_1: &str = "tropism.run/1";
 
 /// Everything that decides the outcome of a run: the text of `run.toml`. The same configuration gives the same bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -82,7 +77,7 @@ impl RunConfig {
         }
     }
 
-    /// Reads `run.toml` in `folder`, also of `tropism.run/1`. Where the journal has the settings of the run they decide: the
+    /// Reads `run.toml` in `folder`. Where the journal has the settings of the run they decide: the
     /// file may be lost or damaged.
     ///
     /// # Errors
@@ -113,17 +108,16 @@ impl RunConfig {
 
     /// Reads the text of the `run.toml` at `path`.
     fn parse(path: &Path, text: &str) -> Result<Self, Error> {
-        match schema_of(path, text)?.as_str() {
-            SCHEMA => Ok(files::parse_toml(path, text)?),
-            SCHEMA_1 => {
-                let config = files::parse_toml::<Config1>(path, text)?.upgraded();
-                Ok(config.map_err(|problem| FileError::content(path, problem))?)
-            }
-            other => {
-                let problem = format!("found schema {other:?}, wanted {SCHEMA:?} or {SCHEMA_1:?}");
-                Err(FileError::content(path, problem).into())
-            }
+        #[derive(Deserialize)]
+        struct Head {
+            schema: String,
         }
+        let Head { schema } = files::parse_toml(path, text)?;
+        if schema != SCHEMA {
+            let problem = format!("found schema {schema:?}, wanted {SCHEMA:?}");
+            return Err(FileError::content(path, problem).into());
+        }
+        Ok(files::parse_toml(path, text)?)
     }
 
     /// The text of `run.toml`.
@@ -186,15 +180,11 @@ impl RunConfig {
     /// # Errors
     /// [`Error::Folder`]; a [refusal](FolderError::is_refusal) leaves the folder as it was.
     pub fn open_folder(&self, path: &Path, is_resumed: bool) -> Result<RunFolder, Error> {
-        let file = path.join("run.toml");
-        if file.exists() && schema_of(&file, &files::read_text(&file)?)? == SCHEMA_1 {
-            return Err(FolderError::OldSchema { path: file, found: SCHEMA_1, wanted: SCHEMA }.into());
-        }
         Ok(RunFolder::open(path, &self.to_toml()?, self.rig.durability(), is_resumed)?)
     }
 }
 
-/// Reads and checks the rig of a rig file, or of a run folder of any schema.
+/// Reads and checks the rig of a rig file, or of a run folder.
 ///
 /// # Errors
 /// [`Error`] names the file, the key, and what is wrong with it.
@@ -221,48 +211,5 @@ pub(crate) fn rig_faults(path: &Path) -> Vec<String> {
             .into_iter()
             .map(|fault| Error::from(fault).with_causes())
             .collect(),
-    }
-}
-
-fn schema_of(path: &Path, text: &str) -> Result<String, FileError> {
-    #[derive(Deserialize)]
-    struct Head {
-        schema: String,
-    }
-    Ok(files::parse_toml::<Head>(path, text)?.schema)
-}
-
-/// `tropism.run/1`: the controller in words, and the JSON of its network if it has one.
-#[derive(Deserialize)]
-struct Config1 {
-    version: String,
-    is_virtual: bool,
-    seed: u64,
-    controller: String,
-    network: Option<String>,
-    task: Task,
-    rig: RigFile,
-}
-
-impl Config1 {
-    fn upgraded(self) -> Result<RunConfig, String> {
-        let controller = self.controller()?;
-        let Self { version, is_virtual, seed, task, rig, .. } = self;
-        Ok(RunConfig { schema: SCHEMA_1.to_owned(), version, is_virtual, seed, controller, task, rig })
-    }
-
-    fn controller(&self) -> Result<ControllerSpec, String> {
-        if let Some(json) = &self.network {
-            let genome = Genome::from_json(json).map_err(|error| format!("network: {error}"))?;
-            return ControllerSpec::network(Champion::of_genome(genome))
-                .map_err(|error| format!("network: {error}"));
-        }
-        let words = self.controller.as_str();
-        let steps = words.strip_prefix("periodic, ").and_then(|rest| rest.strip_suffix(" steps"));
-        match steps.and_then(|steps| steps.parse::<u32>().ok()) {
-            Some(steps) => Ok(ControllerSpec::periodic(f64::from(steps) * self.rig.period_min)),
-            None if words == "chase" => Ok(ControllerSpec::Greedy),
-            None => Err(format!("found controller {words:?}, wanted a periodic one, chase or a network")),
-        }
     }
 }

@@ -225,7 +225,7 @@ impl Champion {
         serde_json::to_string_pretty(&file).expect("numbers and text are JSON") + "\n"
     }
 
-    /// Reads [`Self::to_json`], or a network alone (schema `tropism.genome/1`, the champions of earlier versions). Whether
+    /// Reads [`Self::to_json`], or a network alone (schema `tropism.genome/1`). Whether
     /// the network fits its sensors and lamps, [`check`](Self::check) tells.
     ///
     /// # Errors
