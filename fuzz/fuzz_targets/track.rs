@@ -7,9 +7,7 @@ use tropism::track::Track;
 
 fuzz_target!(|bytes: &[u8]| {
     let Ok(track) = Track::read_csv(bytes) else { return };
-    let mut written = Vec::new();
-    track.write_csv(&mut written).unwrap();
-    Track::read_csv(written.as_slice()).expect("what was written is read");
+    Track::read_csv(track.to_csv().as_slice()).expect("what was written is read");
     if let Ok(model) = TipModel::fit([&track], TipModelConfig::default()) {
         TipModel::from_json(&model.to_json()).expect("what was written is read");
     }

@@ -484,9 +484,7 @@ pub(crate) fn toml_of(path: &Path, value: &impl Serialize) -> Result<String, Fil
 /// # Errors
 /// [`FileError::Disk`].
 pub fn write_track(path: &Path, track: &Track) -> Result<(), FileError> {
-    let mut bytes = Vec::new();
-    track.write_csv(&mut bytes).map_err(parse(path))?;
-    write(path, &bytes)
+    write(path, &track.to_csv())
 }
 
 /// Lists the photographs that `paths` name, as [`list_photographs`] does.

@@ -32,10 +32,8 @@ impl Track {
         tropism::track::Track::read_csv(bytes).map(Self).map_err(refused)
     }
 
-    fn to_csv<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let mut bytes = Vec::new();
-        self.0.write_csv(&mut bytes).map_err(refused)?;
-        Ok(PyBytes::new(py, &bytes))
+    fn to_csv<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.0.to_csv())
     }
 
     fn __len__(&self) -> usize {

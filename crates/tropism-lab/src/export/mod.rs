@@ -130,7 +130,7 @@ impl ExportPlan {
         }
         let layout = contents.config.rig.layout().map_err(Error::at(self.folder.display()))?;
         let at = || Error::at(self.folder.display());
-        writer.add("track.csv".to_owned(), &tables::track_csv(contents.steps, &layout).map_err(at())?)?;
+        writer.add("track.csv".to_owned(), &tables::track_csv(contents.steps, &layout))?;
         writer.add("events.csv".to_owned(), &tables::events_csv(contents.events).map_err(at())?)?;
         let mut left_out = Vec::new();
         for step in contents.steps {

@@ -62,10 +62,8 @@ pub(super) fn events_csv(events: &[Event]) -> Result<Vec<u8>, csv::Error> {
 }
 
 /// The bytes of `track.csv`, with the lamps of `layout` by their names.
-pub(super) fn track_csv(steps: &[StepRecord], layout: &Layout) -> Result<Vec<u8>, csv::Error> {
-    let mut bytes = Vec::new();
-    track(steps, layout).write_csv(&mut bytes)?;
-    Ok(bytes)
+pub(super) fn track_csv(steps: &[StepRecord], layout: &Layout) -> Vec<u8> {
+    track(steps, layout).to_csv()
 }
 
 /// The steps of a journal with a decision, and the last step, as a track with further columns.

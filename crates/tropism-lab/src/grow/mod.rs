@@ -13,6 +13,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
+use tropism::math::statistics::mean;
 use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::task::Task;
@@ -97,8 +98,14 @@ pub struct GrowResults {
     pub tracks: Vec<PathBuf>,
 }
 
-/// A plant that has grown: its track file and its track.
-type GrownPlant = (PathBuf, Track);
+/// A plant that has grown.
+struct GrownPlant {
+    /// Its track file.
+    track: PathBuf,
+    /// `None` without targets.
+    fitness: Option<f64>,
+    final_height_cm: f64,
+}
 
 impl Workflow for GrowPlan {
     type Results = GrowResults;
@@ -138,18 +145,16 @@ impl Workflow for GrowPlan {
     fn perform(&self, monitor: &dyn Monitor) -> Result<GrowResults, Error> {
         files::make_folder(&self.out)?;
         let plants = if self.photographs { self.photograph(monitor)? } else { self.grow(monitor)? };
-        let count = plants.len() as f64;
-        let fitness: Option<Vec<f64>> = (self.task.has_goal())
-            .then(|| plants.iter().map(|(_, track)| self.task.fitness(track)).collect());
-        let heights = plants.iter().map(|(_, track)| track.samples[track.samples.len() - 1].tip.y);
+        let fitness: Option<Vec<f64>> = plants.iter().map(|plant| plant.fitness).collect();
+        let heights = plants.iter().map(|plant| plant.final_height_cm);
         Ok(GrowResults {
             is_virtual: true,
             plants: self.plants,
             out: self.out.clone(),
-            mean_fitness: fitness.as_ref().map(|fitness| fitness.iter().sum::<f64>() / count),
+            mean_fitness: fitness.as_ref().map(|fitness| mean(fitness.iter().copied())),
             fitness,
-            mean_final_height_cm: heights.sum::<f64>() / count,
-            tracks: plants.into_iter().map(|(path, _)| path).collect(),
+            mean_final_height_cm: mean(heights),
+            tracks: plants.into_iter().map(|plant| plant.track).collect(),
         })
     }
 }
@@ -184,6 +189,15 @@ impl GrowPlan {
             ..RigFile::greenhouse(self.tent(), VisionConfig::default())
         };
         RunConfig::new(rig, self.controller.clone(), self.task.clone(), seed)
+    }
+
+    /// What counts of a plant with this track.
+    fn grown(&self, path: PathBuf, track: &Track) -> GrownPlant {
+        GrownPlant {
+            fitness: self.task.has_goal().then(|| self.task.fitness(track)),
+            final_height_cm: track.samples.last().map_or(f64::NAN, |last| last.tip.y),
+            track: path,
+        }
     }
 
     /// Grows all plants without photographs.
@@ -223,7 +237,7 @@ impl GrowPlan {
             }
             let path = self.track_path(plant);
             files::write_track(&path, &track)?;
-            Ok(Some((path, track)))
+            Ok(Some(self.grown(path, &track)))
         };
         plants.iter().zip(tracks).zip(is_whole).map(write).collect()
     }

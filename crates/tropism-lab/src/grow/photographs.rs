@@ -49,7 +49,7 @@ impl GrowPlan {
             let plant = plant as u32;
             let folder = self.folder(plant);
             let track = self.photograph_plant(&folder, self.seed_of(plant), monitor)?;
-            Ok::<_, Error>(track.map(|track| (folder.join("track.csv"), track)))
+            Ok::<_, Error>(track.map(|track| self.grown(folder.join("track.csv"), &track)))
         };
         let plants: Vec<Option<GrownPlant>> = parallel::try_map(self.plants as usize, grow)?;
         let plants: Option<Vec<GrownPlant>> = plants.into_iter().collect();
