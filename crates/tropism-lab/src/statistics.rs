@@ -1,4 +1,4 @@
-//! Statistics of small samples: medians, and bootstrap intervals of means.
+//! Bootstrap intervals of means.
 //!
 //! In: numbers, and a seed. Out: an interval that would hold the mean over all plants in 95 of 100 experiments. The idea:
 //! the sample stands for the population, and is drawn from anew, with replacement, again and again.
@@ -9,11 +9,6 @@
 use serde::{Deserialize, Serialize};
 use tropism::math::statistics::{mean, quantile_linear};
 use tropism::random::{NoiseStream, Purpose};
-
-/// The median of at least one number in ascending order; of an even count, the mean of the middle two.
-pub(crate) fn median(sorted: &[f64]) -> f64 {
-    f64::midpoint(sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2])
-}
 
 /// Number of resamples: the most that Efron and Tibshirani advise for percentile intervals (1000 to 2000).
 const RESAMPLES: u32 = 2000;

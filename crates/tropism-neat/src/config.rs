@@ -18,9 +18,9 @@ use crate::limits::WEIGHT_LIMIT;
 ///
 /// | preset | parameters |
 /// |---|---|
-/// | [`multineat`](Self::multineat), the [`Default`] | MultiNEAT's defaults |
+/// | [`wahby2016`](Self::wahby2016), the [`Default`] | Wahby et al. (2016), Table 1, over MultiNEAT's defaults |
+/// | [`multineat`](Self::multineat) | MultiNEAT's defaults |
 /// | [`stanley2002`](Self::stanley2002) | Stanley and Miikkulainen (2002), section 4.1 |
-/// | [`wahby2016`](Self::wahby2016) | Wahby et al. (2016), Table 1, over MultiNEAT's defaults |
 /// | [`ball_keeper`](Self::ball_keeper) | `wahby2016` with the further values of MultiNEAT's ball-keeper example |
 ///
 /// The documentation of each field ends with its name and its default value in MultiNEAT. A probability is a number from
@@ -28,9 +28,8 @@ use crate::limits::WEIGHT_LIMIT;
 ///
 /// # Serialisation
 ///
-/// A serialised configuration may omit fields. **An omitted field has its value in [`wahby2016`](Self::wahby2016), not in
-/// [`Default`]**: files that were written when `wahby2016` was the only preset keep their meaning. Unknown fields are
-/// refused.
+/// A serialised configuration may omit fields, which then have their value in the [`Default`]: an empty file is the
+/// paper's Table 1. Unknown fields are refused.
 ///
 /// ```
 /// use tropism_neat::{Activation, Config};
@@ -39,7 +38,7 @@ use crate::limits::WEIGHT_LIMIT;
 /// assert!(Config { population: 1, ..config }.check().is_err());
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default = "Config::wahby2016", deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Number of individuals that each generation aims at. Rounding makes populations a few larger. `PopulationSize`, 300.
     pub population: usize,
@@ -160,9 +159,9 @@ pub struct Config {
 }
 
 impl Default for Config {
-    /// [`Config::multineat`].
+    /// [`Config::wahby2016`]: what this program is for.
     fn default() -> Self {
-        Self::multineat()
+        Self::wahby2016()
     }
 }
 
@@ -431,13 +430,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn presets_are_valid_and_multineat_is_the_default() {
+    fn presets_are_valid() {
         let presets =
             [Config::multineat(), Config::stanley2002(), Config::wahby2016(), Config::ball_keeper()];
         for preset in presets {
             assert_eq!(preset.check(), Ok(()));
         }
-        assert_eq!(Config::default(), Config::multineat());
     }
 
     #[test]
@@ -452,16 +450,17 @@ mod tests {
     }
 
     #[test]
-    fn omitted_keys_mean_wahby2016_and_unknown_keys_are_refused() {
+    fn omitted_keys_have_their_defaults_and_unknown_keys_are_refused() {
         let config: Config = serde_json::from_str(r#"{"population": 80}"#).unwrap();
         assert_eq!(config, Config { population: 80, ..Config::wahby2016() });
-        assert_eq!(serde_json::from_str::<Config>("{}").unwrap(), Config::wahby2016());
+        assert_eq!(serde_json::from_str::<Config>("{}").unwrap(), Config::default());
+        assert_eq!(Config::default(), Config::wahby2016());
         let error = serde_json::from_str::<Config>(r#"{"popluation": 80}"#).unwrap_err().to_string();
         assert!(error.contains("popluation"), "{error}");
     }
 
     #[test]
-    fn wahby2016_has_every_value_that_its_files_were_written_with() {
+    fn wahby2016_has_the_values_of_table_1_and_else_of_multineat() {
         let json = serde_json::to_string(&Config::wahby2016()).unwrap();
         assert_eq!(
             json,

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use crate::config::Config;
 use crate::error::NeatError;
+use crate::generation::Generation;
 use crate::genome::Genome;
 use crate::neat::Neat;
 use crate::parallel;
-use crate::stats::Generation;
 
 /// Identifies one evaluation of a genome.
 ///

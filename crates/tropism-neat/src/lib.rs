@@ -90,6 +90,7 @@
 //! - P. Chervenski and S. Ryan, *MultiNEAT*, a C++ and Python library, 2012 to 2016.
 
 mod limits;
+pub mod statistics;
 mod activation;
 mod config;
 mod genome;
@@ -102,7 +103,7 @@ mod mutate;
 mod crossover;
 mod species;
 mod reproduce;
-mod stats;
+mod generation;
 mod error;
 mod neat;
 mod checkpoint;
@@ -118,16 +119,18 @@ pub use activation::Activation;
 pub use config::{Config, ConfigError};
 pub use error::{CheckpointError, NeatError};
 pub use evaluate::{Evaluation, evolve};
+pub use generation::Generation;
 pub use genome::{Genome, Link, Neuron, NeuronKind};
 pub use genome_file::GenomeError;
 pub use limits::{DESCRIPTOR_LIMIT, SCORE_LIMIT, SIZE_LIMIT, WEIGHT_LIMIT};
 pub use neat::{Champion, Neat};
 pub use network::Network;
 pub use novelty::{Novelty, NoveltyConfig, NoveltyError};
+pub use random::keyed_stream;
 pub use random_genome::random_genome;
 pub use species::Species;
-pub use stats::Generation;
 pub use step_network::{LinearThreshold, StepNetwork};
+pub use topology::topological_order;
 
 /// Tests the examples of the README together with those of the documentation.
 #[cfg(doctest)]

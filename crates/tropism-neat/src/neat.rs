@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
 use crate::error::NeatError;
+use crate::generation::{Generation, mean_size};
 use crate::genome::Genome;
 use crate::genome_file::check_shape;
 use crate::innovation::Innovations;
@@ -14,7 +15,7 @@ use crate::mutate::mutate;
 use crate::random::{Purpose, Rng};
 use crate::reproduce::Parents;
 use crate::species::{self, Speciation, Species};
-use crate::stats::{self, Generation};
+use crate::statistics::{index_of_greatest, mean, median};
 
 /// The complete state of a run of NEAT.
 ///
@@ -202,18 +203,18 @@ impl Neat {
     /// Computes the statistics of the generation; updates the number of evaluations and the champion.
     fn report(&mut self, scores: &[f64]) -> Generation {
         self.evaluations += scores.len() as u64;
-        let index = stats::index_of_best(scores);
+        let index = index_of_greatest(scores);
         let best = scores[index];
         if self.champion.as_ref().is_none_or(|champion| best > champion.fitness) {
             let genome = self.population[index].clone();
             self.champion = Some(Champion { genome, fitness: best, generation: self.generation });
         }
-        let (links_mean, hidden_mean) = stats::mean_size(&self.population);
+        let (links_mean, hidden_mean) = mean_size(&self.population);
         Generation {
             generation: self.generation,
             best,
-            mean: stats::mean(scores.iter().copied()),
-            median: stats::median(scores),
+            mean: mean(scores.iter().copied()),
+            median: median(scores),
             best_ever: self.champion.as_ref().map_or(best, |champion| champion.fitness),
             species: self.species.len(),
             population: self.population.len(),

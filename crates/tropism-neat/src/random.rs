@@ -29,15 +29,22 @@ pub(crate) struct Rng {
     coin_bits: u32,
 }
 
+/// The ChaCha8 stream number `index` of a seed and a purpose, which together are its key: streams of different seeds,
+/// purposes or indices are independent of each other.
+#[must_use]
+pub fn keyed_stream(seed: u64, purpose: u64, index: u64) -> ChaCha8Rng {
+    let mut key = [0; 32];
+    key[..8].copy_from_slice(&seed.to_le_bytes());
+    key[8..16].copy_from_slice(&purpose.to_le_bytes());
+    let mut stream = ChaCha8Rng::from_seed(key);
+    stream.set_stream(index);
+    stream
+}
+
 impl Rng {
     /// Stream number `index` of a seed and a purpose.
     pub(crate) fn new(seed: u64, purpose: Purpose, index: u64) -> Self {
-        let mut key = [0; 32];
-        key[..8].copy_from_slice(&seed.to_le_bytes());
-        key[8..16].copy_from_slice(&(purpose as u64).to_le_bytes());
-        let mut stream = ChaCha8Rng::from_seed(key);
-        stream.set_stream(index);
-        Self { stream, coin_bits: 1 }
+        Self { stream: keyed_stream(seed, purpose as u64, index), coin_bits: 1 }
     }
 
     /// The stream of initial weights, from weight number `first` on.

@@ -29,7 +29,11 @@ impl Genome {
 ///
 /// A link is a pair of the indices of its source and its target. The neurons before `first` are inputs and bias, which no
 /// link enters. The algorithm is Kahn's: it takes neurons all of whose sources have been taken.
-pub(crate) fn topological_order(links: &[(usize, usize)], first: usize, count: usize) -> Option<Vec<usize>> {
+///
+/// # Panics
+/// If a link has an index of `count` or above, or enters a neuron before `first`.
+#[must_use]
+pub fn topological_order(links: &[(usize, usize)], first: usize, count: usize) -> Option<Vec<usize>> {
     // Evolved recurrent networks mostly have a loop, which is quicker to find.
     if links.iter().any(|(from, to)| from == to) {
         return None;

@@ -7,7 +7,6 @@ pub mod lanes;
 
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
 
 use crate::math;
 
@@ -64,12 +63,7 @@ pub enum Purpose {
 /// Streams of different seeds, purposes or indices are independent of each other.
 #[must_use]
 pub fn stream(seed: u64, purpose: Purpose, index: u64) -> ChaCha8Rng {
-    let mut key = [0; 32];
-    key[..8].copy_from_slice(&seed.to_le_bytes());
-    key[8..16].copy_from_slice(&(purpose as u64).to_le_bytes());
-    let mut rng = ChaCha8Rng::from_seed(key);
-    rng.set_stream(index);
-    rng
+    tropism_neat::keyed_stream(seed, purpose as u64, index)
 }
 
 /// A seed of its own for `purpose`, number `index`, under `seed`.

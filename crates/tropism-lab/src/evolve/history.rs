@@ -5,9 +5,9 @@ use std::path::Path;
 
 use serde::Deserialize;
 use tropism::evolve::EvolutionRun;
+use tropism::math::statistics::median;
 
 use crate::files::{self, FileError};
-use crate::statistics::median;
 
 /// Largest number of runs that is read from a file: it bounds the memory that a damaged file can ask for.
 const MAX_RUNS: usize = 100_000;
@@ -66,11 +66,8 @@ impl EvolutionHistory {
     #[must_use]
     pub fn saturation(&self, share: f64) -> Option<usize> {
         let generations = self.best.iter().map(Vec::len).min().filter(|&generations| generations > 0)?;
-        let median_at = |generation: usize| {
-            let mut best: Vec<f64> = self.best.iter().map(|run| run[generation]).collect();
-            best.sort_by(f64::total_cmp);
-            median(&best)
-        };
+        let median_at =
+            |generation: usize| median(&self.best.iter().map(|run| run[generation]).collect::<Vec<f64>>());
         let last = median_at(generations - 1);
         (0..generations).position(|generation| median_at(generation) >= share * last).map(|index| index + 1)
     }

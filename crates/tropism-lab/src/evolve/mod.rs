@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, Champion, Choice, Evolution, EvolutionConfig, EvolutionRun, Start, Trial};
+use tropism::math::statistics::median;
 use tropism::parallel;
 use tropism::task::Task;
 use tropism_bean::Species;
@@ -28,7 +29,6 @@ pub(crate) use self::status::status;
 pub use self::status::{EvolutionStatus, RunProgress};
 use crate::model::Model;
 use crate::sequences;
-use crate::statistics::median;
 use crate::stopwatch::{Stopwatch, timed};
 use crate::task::{check_goal, note_out_of_reach};
 use crate::{Error, Monitor, Workflow, champion, files, model};

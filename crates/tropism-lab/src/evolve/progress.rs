@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
+use tropism::math::statistics::median;
 use tropism_neat::Generation;
 
 use crate::Monitor;
-use crate::statistics::median;
 
 /// Shortest time between two status lines; chosen by hand, faster than anybody reads.
 const REFRESH: Duration = Duration::from_millis(100);

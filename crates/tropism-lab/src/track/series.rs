@@ -5,6 +5,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tropism::math::statistics::median;
 use tropism::parallel;
 use tropism::photo::{natural_order, time_in_name};
 
@@ -228,10 +229,9 @@ fn are_informative(times: &[Option<f64>]) -> bool {
 fn median_interval(times: &[Option<f64>]) -> Option<f64> {
     let mut known: Vec<f64> = times.iter().flatten().copied().collect();
     known.sort_by(f64::total_cmp);
-    let mut intervals: Vec<f64> =
+    let intervals: Vec<f64> =
         known.windows(2).map(|pair| pair[1] - pair[0]).filter(|&interval| interval > 0.0).collect();
-    intervals.sort_by(f64::total_cmp);
-    intervals.get(intervals.len() / 2).copied()
+    (!intervals.is_empty()).then(|| median(&intervals))
 }
 
 /// The times of all photographs: one without a time, such as a damaged file, follows the one before it in the order of

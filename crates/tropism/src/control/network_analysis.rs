@@ -1,6 +1,6 @@
 //! Analysis of an evolved network: which neurons matter, whether it can remember, and what it decides at each place.
 
-use tropism_neat::{Activation, Genome, Network};
+use tropism_neat::{Activation, Genome, Network, topological_order};
 
 use super::network::{ShapeError, is_of_tip, is_right};
 use super::{Sensors, TIP_INPUTS};
@@ -44,7 +44,13 @@ impl NetworkAnalysis {
         let links: Vec<(usize, usize)> = links.into_iter().filter(|&(_, to)| is_live[to]).collect();
         let hidden = (outputs.end..neurons).filter(|&place| is_live[place]).count();
         let is_linear = hidden == 0 && links.iter().all(|(from, _)| !outputs.contains(from));
-        Self { hidden, links: links.len(), has_memory: has_cycle(neurons, &links), is_linear, is_live }
+        Self {
+            hidden,
+            links: links.len(),
+            has_memory: topological_order(&links, 0, neurons).is_none(),
+            is_linear,
+            is_live,
+        }
     }
 }
 
@@ -55,27 +61,6 @@ fn grouped(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Vec<Vec
         groups[of].push(other);
     }
     groups
-}
-
-/// Whether `links` form a cycle, by topological sorting (Kahn 1962, doi:10.1145/368996.369025).
-fn has_cycle(neurons: usize, links: &[(usize, usize)]) -> bool {
-    let targets = grouped(neurons, links.iter().copied());
-    let mut entering = vec![0_usize; neurons];
-    for &(_, to) in links {
-        entering[to] += 1;
-    }
-    let mut free: Vec<usize> = (0..neurons).filter(|&place| entering[place] == 0).collect();
-    let mut taken = 0;
-    while let Some(place) = free.pop() {
-        taken += 1;
-        for &to in &targets[place] {
-            entering[to] -= 1;
-            if entering[to] == 0 {
-                free.push(to);
-            }
-        }
-    }
-    taken < neurons
 }
 
 /// The decision boundary of a linear controller: it lights the right lamp where `x * tip.x + y * tip.y + constant > 0`, with

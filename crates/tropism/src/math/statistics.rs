@@ -9,13 +9,7 @@
 
 use core::cmp::Ordering;
 
-/// The arithmetic mean; NaN without values.
-#[must_use]
-pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
-    let mut count = 0_u32;
-    let sum: f64 = values.into_iter().inspect(|_| count += 1).sum();
-    sum / f64::from(count)
-}
+pub use tropism_neat::statistics::{index_of_greatest, mean, median};
 
 /// The least and the greatest value; infinite and reversed without values.
 ///
@@ -27,17 +21,6 @@ pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
 pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let wider = |[least, most]: [f64; 2], value: f64| [least.min(value), most.max(value)];
     values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider)
-}
-
-/// The place of the greatest value, of equals the first; 0 without values. A NaN is not greater than another value.
-///
-/// ```
-/// use tropism::math::statistics::index_of_greatest;
-/// assert_eq!(index_of_greatest(&[1.0, 3.0, 3.0, 2.0]), 1);
-/// ```
-#[must_use]
-pub fn index_of_greatest(values: &[f64]) -> usize {
-    (1..values.len()).fold(0, |best, at| if values[at] > values[best] { at } else { best })
 }
 
 /// The sample variance (divisor n - 1); 0 for one value, NaN without values.
@@ -52,28 +35,6 @@ pub fn variance(values: &[f64]) -> f64 {
 #[must_use]
 pub fn standard_deviation(values: &[f64]) -> f64 {
     variance(values).sqrt()
-}
-
-/// The median: the middle value, or the mean of the middle two; NaN without values.
-///
-/// ```
-/// use tropism::math::statistics::median;
-/// assert_eq!(median(&[3.0, 1.0, 2.0]), 2.0);
-/// assert_eq!(median(&[3.0, 1.0, 2.0, 6.0]), 2.5);
-/// ```
-#[must_use]
-pub fn median(values: &[f64]) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    let mut values = values.to_vec();
-    let half = values.len() / 2;
-    let is_even = values.len().is_multiple_of(2);
-    let (lower, &mut upper, _) = values.select_nth_unstable_by(half, f64::total_cmp);
-    match lower.iter().copied().max_by(f64::total_cmp) {
-        Some(lower) if is_even => f64::midpoint(lower, upper),
-        _ => upper,
-    }
 }
 
 /// The upper median after `compare`: the middle value, of an even count the greater of the middle two; `None` without
