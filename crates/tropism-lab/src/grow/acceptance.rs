@@ -1,14 +1,16 @@
 //! Virtual beans beside the paper and the literature: each statistic with its accepted range.
 
 use serde::{Deserialize, Serialize};
+use tropism::control::PredictiveGreedy;
+use tropism::evolve::{RuleGeneration, RuleSearch};
 use tropism::parallel;
+use tropism::plant::PlantModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, Purpose};
 use tropism::task::Task;
 use tropism::track::Track;
 use tropism_bean::{Species, acceptance};
 
-use super::tuning::{self, TunedController};
 use crate::{Error, Monitor, Workflow};
 
 /// Number of open-loop beans: ten sets of six, as the paper had six.
@@ -100,17 +102,22 @@ impl AcceptancePlan {
         })
     }
 
-    /// Controllers that are nearly perfect on the model that they were tuned on, or the best one if none is.
-    fn tune(&self, tracks: &[Track], monitor: &dyn Monitor) -> Result<Vec<TunedController>, Error> {
-        monitor.stage("tuning controllers", TUNED_SETS as u64 * tuning::SEARCHES);
-        let task = Task::default();
+    /// Rules that are nearly perfect on the model that they were tuned on, or the best one if none is, each with its fitness
+    /// on unseen plants of the model.
+    fn tune(&self, tracks: &[Track], monitor: &dyn Monitor) -> Result<Vec<(f64, PredictiveGreedy)>, Error> {
+        let (search, task) = (RuleSearch::default(), Task::default());
+        monitor.stage("tuning controllers", TUNED_SETS as u64 * u64::from(search.generations));
         let tune = |set: &[Track]| {
             let model = TipModel::fit(set, TipModelConfig::default())?;
-            let tuned = tuning::tune(&model, &task, self.seed, || monitor.advance(1), || monitor.may_go_on());
-            if monitor.may_go_on() { Ok(tuned) } else { Err(Error::cancelled()) }
+            let mut watch = |_: &RuleGeneration| {
+                monitor.advance(1);
+                monitor.answer()
+            };
+            let found = search.tune(&model, &task, self.seed, &mut watch).ok_or_else(Error::cancelled)?;
+            Ok((found.expected.mean, PredictiveGreedy::new(found.rule, &task, model.layout())))
         };
-        let mut tuned: Vec<TunedController> =
-            tracks.chunks(acceptance::SET_SIZE).take(TUNED_SETS).map(tune).collect::<Result<_, _>>()?;
+        let mut tuned: Vec<(f64, PredictiveGreedy)> =
+            tracks.chunks(acceptance::SET_SIZE).take(TUNED_SETS).map(tune).collect::<Result<_, Error>>()?;
         // A search may end in a local optimum: such a controller is not nearly perfect.
         tuned.sort_by(|a, b| b.0.total_cmp(&a.0));
         let good = tuned.iter().filter(|(fitness, _)| *fitness >= acceptance::GOOD_MODEL_FITNESS).count();

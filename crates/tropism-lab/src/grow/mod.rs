@@ -4,7 +4,6 @@
 //! detector of the paper would place it; no photograph is analysed. With photographs each plant has a run folder, and
 //! the ground truth stands beside them.
 
-mod tuning;
 mod acceptance;
 mod kinematics;
 mod photographs;
