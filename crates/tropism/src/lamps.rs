@@ -7,13 +7,14 @@
 //! # References
 //! Wahby et al. 2016, section 2.1 (places of the two lamps) and section 2.2.3 (mirrored data).
 
+use core::f64::consts::TAU;
 use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::math::{atan2, cos, hypot, sin};
 
-/// The largest number of lamps in a layout.
+/// The largest number of lamps in a layout. Chosen: twice those of [`Layout::four_sides`].
 pub const MAX_LAMPS: usize = 8;
 
 /// Names of lamps in files that carry no layout, by number.
@@ -276,7 +277,7 @@ impl Layout {
     /// The light that `light` is in a mirror (x changes sign); `None` where no lamp stands at the mirrored place.
     #[must_use]
     pub fn mirrored(&self, light: Light) -> Option<Light> {
-        /// Two places are one within this, in cm: less than the size of a lamp.
+        /// Two places are one within this, in cm. Chosen: less than the size of a lamp.
         const SAME_CM: f64 = 0.5;
         let [x, y, z] = self.lamps.get(light.index())?.at;
         let is_image = |lamp: &Lamp| {
@@ -304,16 +305,15 @@ impl Layout {
     /// ```
     #[must_use]
     pub fn symmetries(&self) -> Vec<[[f64; 2]; 2]> {
-        const TURN: f64 = core::f64::consts::TAU;
         let around = |lamp: &Lamp| {
             let [x, _, z] = lamp.at;
             (hypot(x, z) > 0.0).then(|| atan2(z, x))
         };
         let angles: Vec<f64> = self.lamps.iter().filter_map(around).collect();
-        let about = TURN / (3 * angles.len().max(1)) as f64;
+        let about = TAU / (3 * angles.len().max(1)) as f64;
         let apart = |one: f64, other: f64| {
             let turned: f64 = one - other;
-            (turned - TURN * (turned / TURN).round()).abs()
+            (turned - TAU * (turned / TAU).round()).abs()
         };
         // Each lamp is the image of one alone.
         let is_symmetry = |image: &dyn Fn(f64) -> f64| {
@@ -331,7 +331,7 @@ impl Layout {
         let count = angles.len().max(1);
         let mut found = Vec::new();
         for number in 0..count {
-            let turn = TURN * number as f64 / count as f64;
+            let turn = TAU * number as f64 / count as f64;
             if is_symmetry(&|angle| angle + turn) {
                 let (sin, cos) = (exact(sin(turn)), exact(cos(turn)));
                 found.push([[cos, -sin], [sin, cos]]);
@@ -339,7 +339,7 @@ impl Layout {
         }
         // A mirror takes an angle to `turn` less it. Its line stands at half of `turn`: at a lamp, or between two.
         for number in 0..2 * count {
-            let turn = TURN * number as f64 / (2 * count) as f64;
+            let turn = TAU * number as f64 / (2 * count) as f64;
             if is_symmetry(&|angle| turn - angle) {
                 let (sin, cos) = (exact(sin(turn)), exact(cos(turn)));
                 found.push([[cos, sin], [sin, -cos]]);
@@ -443,7 +443,7 @@ mod tests {
     #[test]
     fn symmetries_bring_lamps_to_lamps() {
         let around = |count: usize| {
-            let angle = |number: usize| core::f64::consts::TAU * (number as f64 + 0.05) / count as f64;
+            let angle = |number: usize| TAU * (number as f64 + 0.05) / count as f64;
             let lamp = |number| {
                 let (sin, cos) = (sin(angle(number)), cos(angle(number)));
                 Lamp::new(&format!("lamp{number}"), [30.0 * cos, 20.0, 30.0 * sin])

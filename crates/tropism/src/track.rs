@@ -15,7 +15,8 @@ use crate::text::{csv_cell, of_csv_cell};
 /// Minutes between two steps in the paper (section 2.2.1): the default of a track, a rig and a model.
 pub const PAPER_PERIOD_MIN: f64 = 5.0;
 
-/// Intervals of photographs that a clock keeps are one within this share.
+/// Intervals of photographs are the same within this share. Chosen: six seconds of five minutes, far above what a clock
+/// drifts by, far below what moves a tip.
 pub const SAME_PERIOD: f64 = 0.02;
 
 /// One step of a track.

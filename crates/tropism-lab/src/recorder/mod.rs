@@ -200,11 +200,6 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
         &self.folder
     }
 
-    /// How many steps were recorded before this program began or resumed the run.
-    pub const fn resumed_from(&self) -> usize {
-        self.replay.len()
-    }
-
     /// Records an event of the latest step and tells the monitor.
     ///
     /// # Errors

@@ -29,7 +29,8 @@ pub struct Greedy {
 /// tried.
 pub(super) const AHEAD_RAD: f64 = 0.4;
 
-/// Distance of that circle from the surface of the pole, in cm: a stem lies on it.
+/// Distance of that circle from the surface of the pole, in cm. Chosen: the thickness of a young stem, which then lies on the
+/// pole.
 pub(super) const BESIDE_POLE_CM: f64 = 0.3;
 
 impl Greedy {

@@ -81,7 +81,7 @@ pub fn simulate<M: PlantModel>(
 }
 
 /// [`simulate`] with a noise stream of one's own.
-pub fn simulate_with<M: PlantModel>(
+fn simulate_with<M: PlantModel>(
     model: &M,
     controller: &mut (impl Controller + ?Sized),
     task: &Task,
@@ -91,7 +91,7 @@ pub fn simulate_with<M: PlantModel>(
     track
 }
 
-/// The fitness of `controller` on `model`: what [`Task::fitness`] says of [`simulate_with`], without the track.
+/// The fitness of `controller` on `model`: what [`Task::fitness`] says of its track, without the track.
 pub fn fitness_of<M: PlantModel>(
     model: &M,
     controller: &mut (impl Controller + ?Sized),
