@@ -7,7 +7,8 @@
 use std::sync::LazyLock;
 
 use rand::Rng;
-use tropism::geometry::space::{self, SpacePoint};
+use tropism::geometry::path::resampled;
+use tropism::geometry::space::SpacePoint;
 use tropism::geometry::{Point, Polyline, STEM_POINTS};
 use tropism::math::interpolate::lerp;
 use tropism::math::vector::{Vec3, distance};
@@ -54,7 +55,7 @@ pub fn midline(pose: &Pose) -> Polyline {
 #[must_use]
 pub fn midline_in_space(pose: &Pose) -> Vec<SpacePoint> {
     let nodes: Vec<SpacePoint> = pose.stem.iter().map(|node| node.at).collect();
-    space::resampled(&nodes, STEM_POINTS)
+    resampled(&nodes, STEM_POINTS)
 }
 
 /// [`midline`], plus normal draws of `rng` as noise. The base is known: it stays.

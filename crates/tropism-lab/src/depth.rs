@@ -6,7 +6,8 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::geometry::space::{SpacePoint, length};
+use tropism::geometry::path::length;
+use tropism::geometry::space::SpacePoint;
 use tropism::geometry::{Point, Polyline};
 use tropism::observation::{Depth, Quality};
 use tropism::track::{Sample, Track};

@@ -1,14 +1,15 @@
 //! Points of the plant's plane in centimetres and places in a photograph in pixels: two types, never mixed.
 
+pub mod path;
 pub mod space;
 
 use std::fmt;
+use std::ops::{Add, Sub};
 
 use serde::{Deserialize, Serialize};
 
 use crate::math;
 use crate::math::interpolate::lerp;
-use crate::simd::{Kernel, dispatch};
 
 /// Points of a stem where it is described by few, at equal distances from the base to the apex. Paper: 10 (section 4).
 pub const STEM_POINTS: usize = 10;
@@ -107,6 +108,34 @@ impl Pixel {
     }
 }
 
+impl From<[f64; 2]> for Pixel {
+    fn from([x, y]: [f64; 2]) -> Self {
+        Self { x, y }
+    }
+}
+
+impl From<Pixel> for [f64; 2] {
+    fn from(pixel: Pixel) -> Self {
+        [pixel.x, pixel.y]
+    }
+}
+
+impl Add for Pixel {
+    type Output = Self;
+
+    fn add(self, shift: Self) -> Self {
+        Self { x: self.x + shift.x, y: self.y + shift.y }
+    }
+}
+
+impl Sub for Pixel {
+    type Output = Self;
+
+    fn sub(self, shift: Self) -> Self {
+        Self { x: self.x - shift.x, y: self.y - shift.y }
+    }
+}
+
 /// A rectangle of whole pixels in a photograph.
 ///
 /// ```
@@ -136,6 +165,12 @@ impl fmt::Display for Region {
 }
 
 impl Region {
+    /// The region that covers a picture of `width` x `height` pixels.
+    #[must_use]
+    pub const fn whole((width, height): (usize, usize)) -> Self {
+        Self { x: 0, y: 0, width, height }
+    }
+
     /// Whether the region is not empty and lies inside a picture of `width` x `height` pixels.
     #[must_use]
     pub const fn fits(&self, width: usize, height: usize) -> bool {
@@ -162,7 +197,7 @@ impl Polyline {
     /// Length along the line, in cm.
     #[must_use]
     pub fn length(&self) -> f64 {
-        self.0.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
+        path::length(&self.0)
     }
 
     /// The same line with `count` vertices at equal distances along it; both ends stay. The paper uses ten vertices
@@ -178,46 +213,7 @@ impl Polyline {
     /// ```
     #[must_use]
     pub fn resampled(&self, count: usize) -> Self {
-        if self.0.len() < 2 || count < 2 {
-            return self.clone();
-        }
-        let segments = dispatch(SegmentLengths { vertices: &self.0 });
-        let spacing = segments.iter().sum::<f64>() / (count - 1) as f64;
-        let mut vertices = Vec::with_capacity(count);
-        vertices.push(self.0[0]);
-        let mut walked = 0.0;
-        for (pair, &segment) in self.0.windows(2).zip(&segments) {
-            while vertices.len() < count - 1
-                && walked + segment >= spacing * vertices.len() as f64
-                && segment > 0.0
-            {
-                let share = (spacing * vertices.len() as f64 - walked) / segment;
-                vertices.push(pair[0].lerp(pair[1], share));
-            }
-            walked += segment;
-        }
-        // Rounding may leave the last vertices out.
-        vertices.resize(count, self.0[self.0.len() - 1]);
-        Self(vertices)
-    }
-}
-
-/// The distance of each vertex to the next as a kernel: that of [`Point::distance`], to the bit.
-struct SegmentLengths<'a> {
-    vertices: &'a [Point],
-}
-
-impl Kernel for SegmentLengths<'_> {
-    type Result = Vec<f64>;
-
-    #[inline(always)]
-    fn run(self) -> Vec<f64> {
-        let pairs = self.vertices.windows(2);
-        let mut lengths = vec![0.0; pairs.len()];
-        for (length, pair) in lengths.iter_mut().zip(pairs) {
-            *length = math::hypot(pair[0].x - pair[1].x, pair[0].y - pair[1].y);
-        }
-        lengths
+        Self(path::resampled(&self.0, count))
     }
 }
 

@@ -1,4 +1,4 @@
-//! What is seen of a plant at one step, whether in a photograph or in a model.
+//! Observation of a plant at one step, by a camera or from a model.
 
 use std::fmt;
 use std::str::FromStr;
@@ -49,8 +49,7 @@ impl FromStr for Quality {
     }
 }
 
-/// How far the plant stands in front of the plane through the root, towards the front camera: what a second camera at the side
-/// adds to (x, y).
+/// Third coordinate of the plant, in front of the plane through the root: a second camera at the side measures it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Depth {
@@ -60,7 +59,7 @@ pub struct Depth {
     pub stem_cm: Vec<f64>,
 }
 
-/// What a controller may know of the plant at one step.
+/// What a controller observes of the plant at one step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Observation {

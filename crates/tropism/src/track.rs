@@ -5,7 +5,8 @@
 
 use std::io::Read;
 
-use crate::geometry::{Point, Polyline, STEM_POINTS, space};
+use crate::geometry::path::resampled;
+use crate::geometry::{Point, Polyline, STEM_POINTS};
 use crate::lamps::{Layout, Light, UnknownLight};
 use crate::math::statistics::median;
 use crate::math::vector::Vec3;
@@ -512,7 +513,7 @@ fn ten_points(sample: &Sample) -> Vec<Vec3> {
         Some(depth) if depth.stem_cm.len() == stem.0.len() => {
             let points: Vec<Vec3> =
                 stem.0.iter().zip(&depth.stem_cm).map(|(at, &z)| [at.x, at.y, z]).collect();
-            if is_ten { points } else { space::resampled(&points, STEM_POINTS) }
+            if is_ten { points } else { resampled(&points, STEM_POINTS) }
         }
         _ => {
             let even = if is_ten { stem } else { &stem.resampled(STEM_POINTS) };

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use tropism::control::{Controller, Periodic, Schedule};
 use tropism::environment::{self, Environment};
-use tropism::geometry::space::{self, SpacePoint};
+use tropism::geometry::path;
+use tropism::geometry::space::SpacePoint;
 use tropism::geometry::{Point, STEM_POINTS};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
@@ -71,8 +72,8 @@ impl State {
                 Some(Self { tip: flat(seen.tip), stem: seen.ten_points().map(|points| points.map(flat)) })
             }
             View::Space => {
-                let stem = seen.stem_in_space().filter(|stem| space::length(stem) > 0.0);
-                let stem = stem.and_then(|stem| space::resampled(&stem, STEM_POINTS).try_into().ok());
+                let stem = seen.stem_in_space().filter(|stem| path::length(stem) > 0.0);
+                let stem = stem.and_then(|stem| path::resampled(&stem, STEM_POINTS).try_into().ok());
                 Some(Self { tip: seen.tip_in_space()?, stem })
             }
         }

@@ -90,6 +90,14 @@ pub fn normalize_or<const N: usize>(a: [f64; N], otherwise: [f64; N]) -> [f64; N
     if length > 1e-9 { scale(a, 1.0 / length) } else { otherwise }
 }
 
+/// The mean, component by component; 0 of nothing.
+#[must_use]
+pub fn mean<const N: usize>(vectors: impl IntoIterator<Item = [f64; N]>) -> [f64; N] {
+    let (sum, count) =
+        vectors.into_iter().fold(([0.0; N], 0.0), |(sum, count), vector| (add(sum, vector), count + 1.0));
+    sum.map(|component| component / f64::max(count, 1.0))
+}
+
 /// The place that lies `far` times `direction` from `start`.
 #[must_use]
 #[inline]

@@ -11,7 +11,7 @@ use exif::{DateTime, Exif, In, Tag, Value};
 use super::Image;
 use super::timestamp::unix_seconds;
 
-/// The description of a photograph of the virtual tent: it is known wherever the file is copied to.
+/// Description in photographs of the virtual tent, which marks them as virtual wherever the file is copied.
 const VIRTUAL: &str = "virtual plant";
 
 /// The TIFF bytes of an Exif header with one field: the description of a photograph of the virtual tent.

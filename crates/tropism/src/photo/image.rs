@@ -3,6 +3,8 @@
 use jpeg_encoder::{Encoder, ImageBuffer, JpegColorType, rgb_to_ycbcr};
 
 use super::PhotoError;
+use crate::geometry::Region;
+use crate::math::statistics::upper_median;
 
 /// A decoded image.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +26,21 @@ impl Image {
     pub fn at(&self, x: usize, y: usize) -> [u8; 3] {
         let start = 3 * (y * self.width + x);
         [self.rgb[start], self.rgb[start + 1], self.rgb[start + 2]]
+    }
+
+    /// The region of the whole image.
+    #[must_use]
+    pub const fn region(&self) -> Region {
+        Region::whole((self.width, self.height))
+    }
+
+    /// Median of each channel; black without pixels.
+    #[must_use]
+    pub fn median_colour(&self) -> [u8; 3] {
+        core::array::from_fn(|channel| {
+            let values: Vec<u8> = self.rgb.iter().skip(channel).step_by(3).copied().collect();
+            upper_median(&values, u8::cmp).unwrap_or(0)
+        })
     }
 
     /// The bytes of the image as a JPEG file of `quality` 1 to 100.

@@ -27,7 +27,7 @@ pub use self::timestamp::time_in_name;
 use crate::geometry::Region;
 use jpeg::Jpeg;
 
-/// The largest image that is decoded, in pixels. It bounds the memory that a file from elsewhere can claim: 192 MiB.
+/// The largest image that is decoded, in pixels. It bounds the memory that a foreign file can claim to 192 MiB.
 pub const MAX_PIXELS: usize = jpeg_regions::MAX_PIXELS;
 
 /// A photograph as the camera gave it.
@@ -183,11 +183,16 @@ fn decode_png(bytes: &[u8]) -> Result<Image, PhotoError> {
     let mut buffer = vec![0; size];
     let frame = reader.next_frame(&mut buffer).map_err(PhotoError::damaged_by)?;
     let samples = frame.color_type.samples();
-    let rgb = buffer[..samples * width * height]
-        .chunks_exact(samples)
-        .flat_map(|pixel| if samples < 3 { [pixel[0]; 3] } else { [pixel[0], pixel[1], pixel[2]] })
-        .collect();
-    Ok(Image { width, height, rgb })
+    image_of_samples(&buffer, samples, width, height)
+}
+
+/// The image of pixels with one or two samples (grey) or three or four (colour) each; transparency is dropped.
+fn image_of_samples(values: &[u8], samples: usize, width: usize, height: usize) -> Result<Image, PhotoError> {
+    let short = || PhotoError::damaged(format!("{} samples for {width} x {height} pixels", values.len()));
+    let pixels = values.get(..samples * width * height).ok_or_else(short)?.chunks_exact(samples);
+    let rgb =
+        pixels.flat_map(|pixel| if samples < 3 { [pixel[0]; 3] } else { [pixel[0], pixel[1], pixel[2]] });
+    Ok(Image { width, height, rgb: rgb.collect() })
 }
 
 #[cfg(test)]

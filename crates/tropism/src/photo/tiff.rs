@@ -5,7 +5,7 @@ use std::io::Cursor;
 use ::tiff::ColorType;
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 
-use super::{Image, MAX_PIXELS, PhotoError, check_size};
+use super::{Image, MAX_PIXELS, PhotoError, check_size, image_of_samples};
 
 /// Bytes of the largest picture: four samples of 16 bits a pixel.
 const MAX_BYTES: usize = 8 * MAX_PIXELS;
@@ -33,11 +33,5 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, PhotoError> {
         DecodingResult::U16(values) => values.into_iter().map(|value| (value >> 8) as u8).collect(),
         _ => return Err(PhotoError::damaged("a TIFF of other than whole numbers")),
     };
-    if values.len() < samples * width * height {
-        return Err(PhotoError::damaged(format!("{} samples for {width} x {height} pixels", values.len())));
-    }
-    let pixels = values[..samples * width * height].chunks_exact(samples);
-    let rgb =
-        pixels.flat_map(|pixel| if samples < 3 { [pixel[0]; 3] } else { [pixel[0], pixel[1], pixel[2]] });
-    Ok(Image { width, height, rgb: rgb.collect() })
+    image_of_samples(&values, samples, width, height)
 }

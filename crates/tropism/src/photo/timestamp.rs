@@ -1,5 +1,7 @@
 //! Times in the names of photographs.
 
+use super::name_order::words_and_numbers;
+
 /// The time in the name of a file, in seconds since 1970; `None` for a name without one.
 ///
 /// Three forms are read: year to second or minute, with or without separators; month to second in pairs of digits
@@ -13,24 +15,13 @@
 /// ```
 #[must_use]
 pub fn time_in_name(name: &str) -> Option<f64> {
-    let groups = digit_groups(name);
+    // Groups of digits, each with the number of bytes between it and the group before.
+    let parts = words_and_numbers(name).into_iter().filter(|(_, digits)| !digits.is_empty());
+    let groups: Vec<(usize, &str)> = parts.map(|(word, digits)| (word.len(), digits)).collect();
     (0..groups.len()).find_map(|first| {
         let groups = &groups[first..];
         unix_time(groups[0].1).or_else(|| calendar_time(groups)).or_else(|| yearless_time(groups))
     })
-}
-
-/// The groups of digits in a name, each with the number of bytes between it and the group before.
-fn digit_groups(name: &str) -> Vec<(usize, &str)> {
-    let mut groups = Vec::new();
-    let (mut rest, mut gap) = (name, 0);
-    while let Some(start) = rest.find(|letter: char| letter.is_ascii_digit()) {
-        let length = rest[start..].find(|letter: char| !letter.is_ascii_digit());
-        let (group, after) = rest[start..].split_at(length.unwrap_or(rest.len() - start));
-        groups.push((gap + start, group));
-        (rest, gap) = (after, 0);
-    }
-    groups
 }
 
 /// Unix time in seconds or milliseconds, from 2001 to 2286.

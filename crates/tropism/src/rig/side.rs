@@ -6,7 +6,8 @@
 use std::fmt;
 
 use super::{Camera, RigError};
-use crate::geometry::space::{self, SpacePoint};
+use crate::geometry::path::resampled;
+use crate::geometry::space::SpacePoint;
 use crate::geometry::{Point, Polyline, STEM_POINTS};
 use crate::observation::{Depth, Observation, Quality};
 use crate::photo::Photo;
@@ -155,7 +156,7 @@ impl SideView {
         if ends.gap_cm > MAX_RAY_GAP_CM {
             return None;
         }
-        let points = space::resampled(&self.views.triangulate_midline(front, side), STEM_POINTS);
+        let points = resampled(&self.views.triangulate_midline(front, side), STEM_POINTS);
         let plane = || points.iter().map(|&[x, y, _]| Point::new(x, y)).collect();
         let depths = || points.iter().map(|point| point[2]).collect();
         (points.len() == STEM_POINTS).then(|| (Polyline(plane()), depths()))

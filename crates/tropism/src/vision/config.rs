@@ -186,7 +186,7 @@ impl VisionConfig {
 
     /// The crop, or the whole of a picture of `width` x `height`.
     pub(super) fn region(&self, width: usize, height: usize) -> Region {
-        self.crop.unwrap_or(Region { x: 0, y: 0, width, height })
+        self.crop.unwrap_or(Region::whole((width, height)))
     }
 
     /// Sampling step in a picture of `width` columns, in pixels.

@@ -78,7 +78,7 @@ impl std::str::FromStr for FrameStatus {
         let status = Self::ALL.into_iter().find(|status| status.name() == word);
         status.ok_or_else(|| {
             let names = Self::ALL.map(Self::name);
-            format!("found class {word:?}, wanted one of {}", names.join(", "))
+            format!("found status {word:?}, wanted one of {}", names.join(", "))
         })
     }
 }

@@ -1,11 +1,17 @@
-//! Where the plant and its root are, from what moves in a series of photographs.
+//! Location of the plant and its root, by frame differencing over a series of photographs.
 //!
 //! In: photographs of a camera that stands still. Out: a region and a root, if exactly one thing in the picture moves and is
-//! detected as a plant. The one idea: a plant sways and grows from a root that stays; lamps flicker at the edge, and
-//! pictures between which the light changes are not compared.
+//! detected as a plant. The one idea: a plant sways and grows above a fixed root; lamps flicker at the edge, and pictures
+//! between which the light changes are not compared.
+//!
+//! Constants were chosen by hand on the first halves of the bean and the sunflowers, of which the root is found within 15
+//! pixels (`cargo test -p tropism --test vision location` with the data).
 
 use std::ops::Range;
 
+use super::detect::connected_components::{BoundingBox, ConnectedComponents};
+use super::detect::hysteresis::Evidence;
+use super::raster::filter::downscale;
 use super::raster::turn::Turn;
 use super::{Direction, VisionConfig, detect_from_base};
 use crate::geometry::{Pixel, Region};
@@ -42,23 +48,23 @@ const RIVAL_SHARE: f64 = 0.2;
 /// Space around what moved, in shares of its larger side: plants grow.
 const MARGIN_SHARE: f64 = 0.35;
 
-/// Photographs in which the plant is looked for in the region, and the share in which it must be detected.
+/// Number of photographs in which the plant is searched in the region, and the share in which it must be detected.
 const TRIED: usize = 12;
 const LEAST_DETECTED: f64 = 0.8;
 
-/// What moves in a series of photographs.
+/// Result of [`locate`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Location {
     /// One plant.
     Plant {
         /// Around all its postures, down to the root.
         region: Region,
-        /// The foot of the stem below what moves.
+        /// The foot of the stem below the moving part.
         base: Pixel,
         /// The direction in which it grows.
         up: Direction,
     },
-    /// Nothing sure, and why.
+    /// No plant is found for sure, and why.
     Unsure(String),
 }
 
@@ -85,7 +91,7 @@ pub fn locate(
         [only] => only,
         several => {
             let places: Vec<String> =
-                several.iter().map(|thing| motion.region(thing, 0.0).to_string()).collect();
+                several.iter().map(|thing| motion.grid.region(thing, 0.0).to_string()).collect();
             return Location::Unsure(format!(
                 "{} things in them move, at {}: one plant is wanted, or a `region` for each",
                 several.len(),
@@ -93,14 +99,14 @@ pub fn locate(
             ));
         }
     };
-    let mut poses: Vec<Pose> = poses.iter().map(|&up| Pose::new(up, &motion, thing)).collect();
+    let mut poses: Vec<Pose> = poses.iter().map(|&up| Pose::new(up, &motion.grid, thing)).collect();
     for image in of(TRIED) {
         poses.iter_mut().for_each(|pose| pose.look_for_root(&image));
     }
     for image in of(TRIED) {
         for pose in &mut poses {
             let tip = pose.tip_in(&image, vision);
-            pose.detected += usize::from(tip.is_some_and(|tip| motion.is_near(thing, tip)));
+            pose.detected += usize::from(tip.is_some_and(|tip| motion.grid.is_near(thing, tip)));
         }
     }
     let Some(pose) = best(&poses) else { return unsure("no photograph can be read") };
@@ -120,11 +126,11 @@ fn best(poses: &[Pose]) -> Option<&Pose> {
     poses.iter().rev().filter(|pose| !pose.roots.is_empty()).max_by_key(|pose| pose.detected)
 }
 
-/// What moves, taken to be a plant that grows in one direction. Places are those of photographs that are turned so that it
-/// grows up in them.
+/// The moving thing as a plant that grows in one direction. Coordinates are those of photographs turned so that it grows
+/// up.
 struct Pose {
     turn: Turn,
-    /// Around what moves, with a margin, and its height without.
+    /// Region of the moving thing with a margin, and its height without.
     moving: Region,
     height: usize,
     /// The middle of its lowest rows.
@@ -136,26 +142,26 @@ struct Pose {
 }
 
 impl Pose {
-    fn new(up: Direction, motion: &Motion, thing: &Thing) -> Self {
-        let turn = Turn::new(up, motion.size);
-        let (motion, thing) = motion.turned(thing, up);
-        let moving = motion.region(&thing, MARGIN_SHARE);
-        let height = motion.region(&thing, 0.0).height;
-        Self { turn, moving, height, lowest: motion.base(&thing), roots: Vec::new(), detected: 0 }
+    fn new(up: Direction, grid: &Grid, thing: &Thing) -> Self {
+        let turn = Turn::new(up, grid.photo);
+        let (grid, thing) = grid.turned(thing, up);
+        let moving = grid.region(&thing, MARGIN_SHARE);
+        let height = grid.region(&thing, 0.0).height;
+        Self { turn, moving, height, lowest: grid.base(&thing), roots: Vec::new(), detected: 0 }
     }
 
     /// Looks for the root in a photograph.
     fn look_for_root(&mut self, image: &Image) {
         let back = self.turn.back();
-        let grey = |x: usize, y: usize| {
+        let grey_at = |x: usize, y: usize| {
             let Pixel { x, y } = back.pixel(Pixel::new(x as f64, y as f64));
-            image.at(x as usize, y as usize).iter().map(|&value| f64::from(value)).sum::<f64>() / 3.0
+            grey(image.at(x as usize, y as usize))
         };
-        self.roots.push(root_below(grey, self.turn.size(), self.lowest, self.height));
+        self.roots.push(root_below(grey_at, self.turn.size(), self.lowest, self.height));
     }
 
-    /// The tip of the plant on the root in a photograph as it is, once the root was looked for in all of them; `None` if
-    /// there is none, or if it reaches an edge.
+    /// The tip of the plant on the median root, in the photograph's own coordinates; `None` where no plant is detected, or it
+    /// reaches an edge.
     fn tip_in(&self, image: &Image, vision: &VisionConfig) -> Option<Pixel> {
         let (region, base) = self.place();
         let config = VisionConfig { crop: Some(region), up: self.turn.up, ..vision.clone() };
@@ -163,7 +169,7 @@ impl Pose {
         found.clipped_at.is_none().then_some(found.tip)
     }
 
-    /// Region and root in photographs as they are.
+    /// Region and median root, in the photographs' own coordinates.
     fn place(&self) -> (Region, Pixel) {
         let middle = |of: fn(&Pixel) -> f64| {
             let values: Vec<f64> = self.roots.iter().map(of).collect();
@@ -182,26 +188,26 @@ fn evenly(count: usize, most: usize) -> impl Iterator<Item = usize> {
     (0..taken).map(move |index| index * (count - 1) / (taken - 1).max(1))
 }
 
-/// Reach to each side in which a stem is looked for below what moves, and in which it stands out, as shares of the height
-/// of what moves.
+/// Reach to each side within which the stem is searched below the moving part, and of its surroundings, as shares of the
+/// height of the moving part.
 const STEM_REACH: f64 = 0.1;
 const SIDE_REACH: f64 = 0.4;
 
-/// Width at which it is no stem any more, as a multiple of the width of the stem above.
+/// Width above which it is no stem, as a multiple of the stem's above.
 const MOST_WIDENING: f64 = 2.5;
 
-/// Rows in which a stem may not stand out, as a share of that height: before the edge of a pot, say.
+/// Longest gap in a stem, as a share of that height: the edge of a pot.
 const GAP_REACH: f64 = 0.04;
 
-/// Least prominence of a stem below what moves, as a share of that above. Measured on the first sets: at least 0.9 on a
+/// Least prominence of a stem below the moving part, as a share of that above. Measured on the first sets: at least 0.9 on a
 /// stem, at most 0.2 below a root.
 const LEAST_PROMINENCE: f64 = 0.5;
 
-/// The root below the lowest point that moves: the foot of a stem does not.
+/// The root below the lowest moving point: the foot of a stem does not move.
 ///
-/// `grey` gives the grey level of a pixel. A stem is brighter than what lies beside it; it is followed downwards as long as
-/// it stands out as above. It may pass something as bright, such as the edge of a pot, if it stands out again within
-/// [`GAP_REACH`]. It ends where it meets something wide: a pot, or soil.
+/// `grey` gives the grey level of a pixel. A stem is brighter than its surroundings and is followed downwards while its
+/// prominence lasts. It may pass a bright edge, such as a pot's, within [`GAP_REACH`]. It ends at something wide: a pot, or
+/// soil.
 fn root_below(
     grey: impl Fn(usize, usize) -> f64,
     (columns, rows): (usize, usize),
@@ -237,18 +243,18 @@ fn root_below(
     root
 }
 
-/// What may be a stem in a row of a picture.
+/// A candidate for the stem in a row of a picture.
 struct Row {
     /// The brightest column where the stem may be.
     column: usize,
-    /// By how much it stands out from the columns beside, in grey levels.
+    /// Its brightness above the median of its surroundings, in grey levels.
     prominence: f64,
-    /// Columns about it that stand out by half as much.
+    /// Number of columns around it above half of that.
     width: usize,
 }
 
 impl Row {
-    /// The row near column `x`: the stem is in `near`, and what lies beside it in `around`.
+    /// The candidate nearest to column `x`: the stem is searched in `near`, its surroundings are `around`.
     fn at(x: usize, near: Range<usize>, around: Range<usize>, grey: impl Fn(usize) -> f64) -> Self {
         let column = near.max_by(|&one, &other| grey(one).total_cmp(&grey(other))).unwrap_or(x);
         let beside: Vec<f64> = around.clone().map(&grey).collect();
@@ -261,152 +267,129 @@ impl Row {
     }
 }
 
-/// How often each pixel of the reduced picture changed.
-struct Motion {
-    width: usize,
-    height: usize,
-    /// Pixels of a photograph a pixel.
-    scale: usize,
+/// A photograph reduced to means of square blocks.
+#[derive(Clone, Copy)]
+struct Grid {
+    /// Columns and rows.
     size: (usize, usize),
-    /// Share of the comparisons in which each pixel changed.
-    shares: Vec<f64>,
+    /// Pixels of the photograph along a block.
+    scale: usize,
+    /// Width and height of the photograph.
+    photo: (usize, usize),
 }
 
-/// Pixels that move together.
+/// Blocks that move together.
 struct Thing {
-    pixels: Vec<usize>,
-    /// Sum of their shares.
+    blocks: Vec<usize>,
+    /// The least rectangle of blocks around them.
+    extent: Region,
+    /// Sum of the shares of the comparisons in which they changed.
     motion: f64,
+}
+
+/// How often each block of a series changed.
+struct Motion {
+    grid: Grid,
+    /// Share of the comparisons in which each block changed.
+    shares: Vec<f64>,
 }
 
 impl Motion {
     fn of(mut pictures: impl Iterator<Item = Image>) -> Option<Self> {
         let first = pictures.next()?;
-        let size = (first.width, first.height);
-        let scale = (first.width.max(first.height) / SIDE).max(1);
-        let (width, height) = (first.width / scale, first.height / scale);
+        let photo = (first.width, first.height);
+        let scale = (photo.0.max(photo.1) / SIDE).max(1);
+        let grid = Grid { size: (photo.0 / scale, photo.1 / scale), scale, photo };
         let mut before = reduced(&first, scale);
-        let mut motion = Self { width, height, scale, size, shares: vec![0.0; before.len()] };
+        let mut shares = vec![0.0; before.len()];
         let mut compared = 0;
-        for picture in pictures.filter(|picture| (picture.width, picture.height) == size) {
+        for picture in pictures.filter(|picture| (picture.width, picture.height) == photo) {
             let after = reduced(&picture, scale);
             let changed: Vec<bool> = before.iter().zip(&after).map(|(a, b)| (a - b).abs() > CHANGE).collect();
-            let share =
-                changed.iter().filter(|is_changed| **is_changed).count() as f64 / changed.len() as f64;
-            if share <= MOST_CHANGED {
+            let count = changed.iter().filter(|is_changed| **is_changed).count();
+            if count as f64 <= MOST_CHANGED * changed.len() as f64 {
                 compared += 1;
-                for (sum, is_changed) in motion.shares.iter_mut().zip(changed) {
-                    *sum += f64::from(u8::from(is_changed));
-                }
+                shares.iter_mut().zip(changed).for_each(|(sum, is_changed)| *sum += f64::from(is_changed));
             }
             before = after;
         }
-        motion.shares.iter_mut().for_each(|share| *share /= f64::from(compared));
-        (compared as usize >= LEAST_COMPARED).then_some(motion)
-    }
-
-    /// The same in pictures turned so that the end of `up` is at the top, with one of the things.
-    fn turned(&self, thing: &Thing, up: Direction) -> (Self, Thing) {
-        let turn = Turn::new(up, (self.width, self.height));
-        let (width, height) = turn.size();
-        let place = |at: usize| {
-            let there = turn.pixel(Pixel::new((at % self.width) as f64, (at / self.width) as f64));
-            there.y as usize * width + there.x as usize
-        };
-        let mut shares = vec![0.0; self.shares.len()];
-        self.shares.iter().enumerate().for_each(|(at, share)| shares[place(at)] = *share);
-        let thing = Thing { pixels: thing.pixels.iter().map(|&at| place(at)).collect(), ..*thing };
-        let size = Turn::new(up, self.size).size();
-        (Self { width, height, scale: self.scale, size, shares }, thing)
+        shares.iter_mut().for_each(|share| *share /= compared as f64);
+        (compared >= LEAST_COMPARED).then_some(Self { grid, shares })
     }
 
     /// What moves, is large enough and touches no edge of the picture.
     fn things(&self) -> Vec<Thing> {
-        let mut is_open: Vec<bool> = self.shares.iter().map(|share| *share >= LEAST_SHARE).collect();
-        let mut things = Vec::new();
-        for start in 0..is_open.len() {
-            if !is_open[start] {
-                continue;
-            }
-            is_open[start] = false;
-            let (mut pixels, mut next) = (vec![start], 0);
-            while let Some(&pixel) = pixels.get(next) {
-                next += 1;
-                let (x, y) = (pixel % self.width, pixel / self.width);
-                for row in y.saturating_sub(REACH)..(y + REACH + 1).min(self.height) {
-                    for column in x.saturating_sub(REACH)..(x + REACH + 1).min(self.width) {
-                        let other = row * self.width + column;
-                        if std::mem::take(&mut is_open[other]) {
-                            pixels.push(other);
-                        }
-                    }
-                }
-            }
-            things.push(Thing { motion: pixels.iter().map(|&pixel| self.shares[pixel]).sum(), pixels });
+        let moves = |share: &f64| if *share >= LEAST_SHARE { Evidence::Strong } else { Evidence::None };
+        let evidence: Vec<Evidence> = self.shares.iter().map(moves).collect();
+        let (width, height) = self.grid.size;
+        let found = ConnectedComponents::label(&evidence, width, REACH, [0.0; 2]);
+        let thing = |bounds: BoundingBox| Thing { blocks: Vec::new(), extent: bounds.region(), motion: 0.0 };
+        let mut things: Vec<Thing> = found.components.iter().map(|one| thing(one.bounds)).collect();
+        for (block, &label) in found.labels.iter().enumerate().filter(|(_, label)| **label > 0) {
+            let thing = &mut things[label as usize - 1];
+            thing.blocks.push(block);
+            thing.motion += self.shares[block];
         }
-        things.retain(|thing| {
-            let (low, high) = self.ends(thing);
-            let touches = low.0 == 0 || low.1 == 0 || high.0 + 1 == self.width || high.1 + 1 == self.height;
-            thing.pixels.len() >= LEAST_PIXELS && !touches
+        things.retain(|Thing { extent: Region { x, y, width: wide, height: high }, blocks, .. }| {
+            let touches = *x == 0 || *y == 0 || x + wide == width || y + high == height;
+            blocks.len() >= LEAST_PIXELS && !touches
         });
         things
     }
+}
 
-    /// The least and the greatest column and row.
-    fn ends(&self, thing: &Thing) -> ((usize, usize), (usize, usize)) {
-        let places = thing.pixels.iter().map(|pixel| (pixel % self.width, pixel / self.width));
-        places.fold(((usize::MAX, usize::MAX), (0, 0)), |(low, high), (x, y)| {
-            ((low.0.min(x), low.1.min(y)), (high.0.max(x), high.1.max(y)))
-        })
+impl Grid {
+    /// The same in photographs turned so that the end of `up` is at the top, with one of the things.
+    fn turned(&self, thing: &Thing, up: Direction) -> (Self, Thing) {
+        let turn = Turn::new(up, self.size);
+        let size = turn.size();
+        let place = |&at: &usize| {
+            let there = turn.pixel(Pixel::new((at % self.size.0) as f64, (at / self.size.0) as f64));
+            there.y as usize * size.0 + there.x as usize
+        };
+        let blocks = thing.blocks.iter().map(place).collect();
+        let thing = Thing { blocks, extent: turn.region(thing.extent), motion: thing.motion };
+        (Self { size, photo: Turn::new(up, self.photo).size(), ..*self }, thing)
     }
 
     /// Around a thing in a photograph, with a margin to the sides and above.
     fn region(&self, thing: &Thing, margin_share: f64) -> Region {
-        let (low, high) = self.ends(thing);
-        let [left, top, right, bottom] =
-            [low.0, low.1, high.0 + 1, high.1 + 1].map(|value| value * self.scale);
+        let Region { x, y, width, height } = thing.extent;
+        let [left, top, right, bottom] = [x, y, x + width, y + height].map(|value| value * self.scale);
         let margin = (margin_share * (right - left).max(bottom - top) as f64) as usize;
         let (x, y) = (left.saturating_sub(margin), top.saturating_sub(margin));
-        let right = (right + margin).min(self.size.0);
-        Region { x, y, width: right - x, height: bottom.min(self.size.1) - y }
+        let right = (right + margin).min(self.photo.0);
+        Region { x, y, width: right - x, height: bottom.min(self.photo.1) - y }
     }
 
     /// The middle of the lowest rows of a thing, in a photograph.
     fn base(&self, thing: &Thing) -> Pixel {
-        let lowest = self.ends(thing).1.1;
-        let mut columns: Vec<usize> = thing
-            .pixels
-            .iter()
-            .filter(|&&pixel| pixel / self.width + 2 > lowest)
-            .map(|pixel| pixel % self.width)
-            .collect();
-        columns.sort_unstable();
-        let middle = columns[columns.len() / 2];
+        let lowest = thing.extent.y + thing.extent.height - 1;
+        let low = thing.blocks.iter().filter(|&block| block / self.size.0 + 2 > lowest);
+        let columns: Vec<usize> = low.map(|block| block % self.size.0).collect();
+        let middle = upper_median(&columns, usize::cmp).unwrap_or(0);
         let in_photograph = |value: usize| (value as f64 + 0.5) * self.scale as f64 - 0.5;
         Pixel::new(in_photograph(middle), in_photograph(lowest))
     }
 
     /// Whether a pixel of a photograph is near what moved.
     fn is_near(&self, thing: &Thing, pixel: Pixel) -> bool {
-        let (low, high) = self.ends(thing);
-        let (x, y) = (pixel.x / self.scale as f64, pixel.y / self.scale as f64);
+        let Region { x, y, width, height } = thing.extent;
         let margin = (2 * REACH) as f64;
-        let is_within = |value: f64, low: usize, high: usize| {
-            value >= low as f64 - margin && value <= high as f64 + margin
+        let is_within = |at: f64, first: usize, count: usize| {
+            (first as f64 - margin..=(first + count - 1) as f64 + margin).contains(&(at / self.scale as f64))
         };
-        is_within(x, low.0, high.0) && is_within(y, low.1, high.1)
+        is_within(pixel.x, x, width) && is_within(pixel.y, y, height)
     }
 }
 
 /// Grey levels of a picture: means of square blocks.
 fn reduced(image: &Image, scale: usize) -> Vec<f64> {
-    let (width, height) = (image.width / scale, image.height / scale);
-    let mut sums = vec![0_u32; width * height];
-    for (y, row) in image.rgb.chunks_exact(3 * image.width).take(height * scale).enumerate() {
-        for (x, pixel) in row.chunks_exact(3).take(width * scale).enumerate() {
-            sums[y / scale * width + x / scale] += pixel.iter().map(|&value| u32::from(value)).sum::<u32>();
-        }
-    }
-    let values = (3 * scale * scale) as f64;
-    sums.into_iter().map(|sum| f64::from(sum) / values).collect()
+    let small = downscale(image, image.region(), scale);
+    small.rgb.as_chunks::<3>().0.iter().map(|&rgb| grey(rgb)).collect()
+}
+
+/// Mean of the three channels.
+fn grey(rgb: [u8; 3]) -> f64 {
+    rgb.map(f64::from).iter().sum::<f64>() / 3.0
 }

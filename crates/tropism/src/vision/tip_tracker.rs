@@ -5,17 +5,17 @@
 //! reference, so it can run for many photographs at a time; only the [update](TipTracker::update) of the track needs
 //! their order.
 
-use crate::geometry::{Pixel, Point, Polyline, Region, STEM_POINTS};
+use crate::geometry::{Pixel, Point, Polyline, Region, STEM_POINTS, path};
 use crate::math;
 use crate::observation::{Observation, Quality};
 use crate::photo::{Photo, PhotoError};
 use crate::vision::camera::calibration::Calibration;
 use crate::vision::camera::stereo::{CameraPose, Strip};
 use crate::vision::config::{Mode, VisionConfig};
+use crate::vision::detect::detect_posed;
 use crate::vision::detect::detection::Detection;
 use crate::vision::detect::lamp_state::lamp_state;
 use crate::vision::detect::pole::PoleView;
-use crate::vision::detect::{detect_alone, detect_among_poles, detect_from_base};
 use crate::vision::error::VisionError;
 use crate::vision::frame_status::FrameStatus;
 use crate::vision::raster::Masked;
@@ -29,20 +29,20 @@ use crate::vision::tracking::hold::StemHold;
 const MIN_INTERVAL: f64 = 0.5;
 const MAX_INTERVAL: f64 = 1.5;
 
-/// Share of the confidence by contrast that is left to a photograph on its own: where nothing speaks against the
-/// detection, and where its stem is found by form alone, something may lie on the tip or the plant reaches an edge. Of the
-/// stems of the first centre lines 96 % are right, but no photograph before or after can tell.
+/// Factors of the confidence of a photograph on its own: of a clear detection, and of one whose tip may be occluded or
+/// whose plant reaches an edge. Chosen: of the stems of the first centre lines 96 % are right (`scripts/score-vision
+/// centerlines`), but no photograph before or after confirms them.
 const CLEAR_ALONE: f64 = 0.88;
 const DOUBTFUL_ALONE: f64 = 0.8;
 
-/// How far the confidence of a tip that a track accepts falls where contrast and place speak for nothing. The virtual rows
-/// and the first halves of the real sets of `benches/src/bin/accuracy` count how many answers of a confidence are right.
+/// Greatest loss of confidence of an accepted tip, at no contrast. Chosen on the reliability diagram of the virtual rows and
+/// the first halves of the real sets (`scripts/score-vision`).
 const TRACK_DOUBT: f64 = 0.15;
 
-/// Most confidence where another plant touches the plant: either of both may be the higher.
+/// Greatest confidence where another plant touches the plant. Chosen: even odds, for either may be the higher.
 const TOUCHED: f64 = 0.5;
 
-/// Width of the blurred edge of an obstacle that is left out with it, in cm. Chosen by hand: half a pixel of the paper's crop.
+/// Width of the blurred edge of an obstacle that is masked with it, in cm. Chosen by hand: half a pixel of the paper's crop.
 const OBSTACLE_EDGE_CM: f64 = 0.05;
 
 /// One photograph after detection and tracking.
@@ -99,10 +99,10 @@ pub struct TipTracker {
 }
 
 impl TipTracker {
-    /// Number of pictures at the beginning that may become the reference.
+    /// Number of pictures at the beginning that may become the reference. Chosen: half an hour at the paper's period.
     pub const REFERENCE_FRAMES: usize = 6;
 
-    /// A tracker without photographs, which expects one every five minutes as in the paper.
+    /// A tracker that expects a photograph every five minutes, as in the paper.
     ///
     /// # Errors
     /// [`VisionError`] where a value is out of range or the crop does not lie in pictures of the calibrated size.
@@ -126,8 +126,8 @@ impl TipTracker {
         })
     }
 
-    /// The same tracker, without photographs so far, which expects one every `period_min` minutes: what a plant may move
-    /// from one to the next, how many must agree and what is a gap follow from it.
+    /// The same tracker for photographs `period_min` minutes apart, without photographs so far. Gates, confirmations and
+    /// clock gaps scale with it.
     ///
     /// # Panics
     /// If `period_min` is not above 0.
@@ -140,9 +140,8 @@ impl TipTracker {
         self
     }
 
-    /// The same tracker for photographs that have nothing to do with each other, such as a folder of many plants: none
-    /// is compared with another, and each plant that is detected is accepted. In a picture of another size the root is
-    /// expected at the same place in proportion.
+    /// The same tracker for unrelated photographs, such as a folder of many plants: each detection is accepted. In a
+    /// picture of another size the root is expected at the same relative place.
     #[must_use]
     pub const fn for_unrelated(mut self) -> Self {
         self.is_unrelated = true;
@@ -155,14 +154,14 @@ impl TipTracker {
         self.interval.memory()
     }
 
-    /// Whether it is told of poles, which may hide a tip.
+    /// Whether poles are configured, which may hide a tip.
     #[must_use]
     pub const fn has_poles(&self) -> bool {
         !self.config.poles.is_empty()
     }
 
-    /// Whether the stem was measured in the latest photograph. Where it is not, its end is unknown: none was found, or one
-    /// of another length than in the photographs before.
+    /// Whether the stem was measured in the latest photograph. It is not where none is found, or one whose length differs
+    /// from those before.
     #[must_use]
     pub const fn has_measured_stem(&self) -> bool {
         !self.stem.is_held()
@@ -222,7 +221,7 @@ impl TipTracker {
                 let detection = self.replay.last().and_then(|(frame, _)| self.detect(frame.picture()).ok());
                 self.gate.learn(detection.and_then(|detection| detection.stem_width));
             }
-            self.gate.accept(self.in_pixels(tip), photo.time_s);
+            self.gate.accept(self.calibration.pixel(tip), photo.time_s);
         }
         self.confidence = tracked.confidence;
         self.time_s = photo.time_s;
@@ -293,7 +292,7 @@ impl TipTracker {
         let is_unregistered = estimate.is_none() && reference.is_some_and(Background::has_enough_features);
         let shift =
             if self.is_unrelated { self.root_shift((width, height)) } else { estimate.unwrap_or_default() };
-        let base = Pixel::new(self.calibration.base.x + shift.x, self.calibration.base.y + shift.y);
+        let base = self.calibration.base + shift;
         let crop = self.config.crop.map(|crop| shift_region(crop, shift, (width, height)));
         let config = VisionConfig { crop, ..self.config.clone() };
         let detection = self.detect_beside_obstacles(image, base, shift, &config).ok_or_else(|| {
@@ -319,27 +318,27 @@ impl TipTracker {
         let strips: Vec<Strip> = config.poles.iter().map(|pole| pose.silhouette(*pole)).collect();
         let poles = PoleView::new(self.calibration, shift, &strips);
         if config.obstacles.is_empty() {
-            return detect_with(image, base, config, poles.as_ref(), self.is_unrelated);
+            return detect_posed(image, Some(base), config, poles.as_ref(), self.is_unrelated);
         }
         let (width, height) = image.size();
         let regions = config.obstacles.iter().map(|obstacle| {
             let (low, high) = obstacle.extent();
             let margin = OBSTACLE_EDGE_CM + 1.0 / self.calibration.px_per_cm;
             let corner = |x, y| {
-                let pixel = self.calibration.pixel(Point::new(x, y));
+                let pixel = self.calibration.pixel(Point::new(x, y)) + shift;
                 let whole = |value: f64, most: usize| (value.max(0.0) as usize).min(most);
-                (whole(pixel.x + shift.x, width), whole(pixel.y + shift.y, height))
+                (whole(pixel.x, width), whole(pixel.y, height))
             };
             let (left, top) = corner(low.x - margin, high.y + margin);
             let (right, bottom) = corner(high.x + margin, low.y - margin);
             Region { x: left, y: top, width: right.saturating_sub(left), height: bottom.saturating_sub(top) }
         });
         let is_obstacle = |pixel: Pixel| {
-            let point = self.calibration.point(Pixel::new(pixel.x - shift.x, pixel.y - shift.y));
+            let point = self.calibration.point(pixel - shift);
             config.obstacles.iter().any(|obstacle| obstacle.distance(point) < OBSTACLE_EDGE_CM)
         };
         let masked = Masked::new(image, config.region(width, height), regions.collect(), &is_obstacle);
-        detect_with(&masked, base, config, poles.as_ref(), self.is_unrelated)
+        detect_posed(&masked, Some(base), config, poles.as_ref(), self.is_unrelated)
     }
 
     /// Shift of the root in a picture of another size than the calibration's, whose root has the same place in proportion.
@@ -442,46 +441,24 @@ impl TipTracker {
 
     /// Converts a pixel of a picture that has shifted to cm.
     fn point(&self, pixel: Pixel, shift: Pixel) -> Point {
-        self.calibration.point(Pixel::new(pixel.x - shift.x, pixel.y - shift.y))
+        self.calibration.point(pixel - shift)
     }
 
-    /// A point of the plane of the stem in pixels of the reference picture, by way of the centimetres that are kept of
-    /// a track.
-    fn in_pixels(&self, point: Point) -> Point {
-        let Pixel { x, y } = self.calibration.pixel(point);
-        Point::new(x, y)
-    }
-
-    /// What gating sees of a detection.
+    /// The measurement of a detection, for gating.
     fn measure(&self, detection: &Detection) -> PlantMeasurement {
-        let length = |stem: &[Pixel]| stem.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
         let distance_to_tip =
             |stem: &[Pixel]| stem.iter().map(|at| at.distance(detection.tip)).fold(f64::INFINITY, f64::min);
         PlantMeasurement {
-            tip: self.in_pixels(self.point(detection.tip, detection.camera_shift)),
+            // By way of the centimetres that a record keeps, so that a resumed run has the same bits.
+            tip: self.calibration.pixel(self.point(detection.tip, detection.camera_shift)),
             tissue: detection.tissue.unshifted(detection.camera_shift),
             contrast: detection.contrast,
             light: detection.light,
             tip_to_stem: detection.stem.as_deref().map(distance_to_tip),
             stem_width: detection.stem_width,
-            stem_length: detection.stem.as_deref().map(length),
+            stem_length: detection.stem.as_deref().map(path::length),
             is_occluded: detection.is_occluded || detection.has_second_foot,
         }
-    }
-}
-
-/// Detects the plant with the stem's base at `base`, among `poles` if there are some.
-fn detect_with(
-    image: &dyn PixelSource,
-    base: Pixel,
-    config: &VisionConfig,
-    poles: Option<&PoleView>,
-    is_alone: bool,
-) -> Option<Detection> {
-    match poles {
-        Some(poles) => detect_among_poles(image, base, config, poles),
-        None if is_alone => detect_alone(image, base, config),
-        None => detect_from_base(image, Some(base), config),
     }
 }
 

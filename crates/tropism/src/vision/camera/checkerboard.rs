@@ -12,11 +12,11 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use crate::geometry::{Pixel, Point, Region};
-use crate::math::hypot;
+use crate::geometry::{Pixel, Point};
+use crate::math::vector::{Vec2, add, along, distance, norm, scale, sub};
 use crate::photo::Image;
 use crate::vision::raster::filter;
-use crate::vision::raster::plane::LUMA;
+use crate::vision::raster::plane::{LUMA, Plane};
 
 /// A checkerboard, by its inner corners, where four squares meet: one fewer each way than squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,20 +70,18 @@ impl Checkerboard {
         if image.width < 4 * factor || image.height < 4 * factor {
             return Err(not_found(0));
         }
-        let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
-        let corners = find_candidates(&LumaImage::of(&filter::downscale(image, whole, factor)));
-        let full = LumaImage::of(image);
+        let corners = find_candidates(&luma(&filter::downscale(image, image.region(), factor)));
+        let full = luma(image);
         let middle = (factor as f64 - 1.0) / 2.0;
         let mut most = 0;
         for seed in 0..corners.len().min(SEEDS) {
             let grid = grow_grid(&corners, seed);
             most = most.max(grid.len());
             let Some(ordered) = self.match_grid(&grid) else { continue };
-            let spacing =
-                factor as f64 * hypot(ordered[1].1.0 - ordered[0].1.0, ordered[1].1.1 - ordered[0].1.1);
-            let refine = |((i, j), (x, y)): (Cell, Position)| {
-                let rough = (x * factor as f64 + middle, y * factor as f64 + middle);
-                let (x, y) = full.refine_corner(rough, (0.3 * spacing).clamp(3.0, 20.0));
+            let spacing = factor as f64 * distance(ordered[1].1, ordered[0].1);
+            let refine = |((i, j), at): (Cell, Vec2)| {
+                let rough = at.map(|at| at * factor as f64 + middle);
+                let [x, y] = full.refine_corner(rough, (0.3 * spacing).clamp(3.0, 20.0));
                 (Pixel::new(x, y), Point::new(i as f64 * self.square_cm, j as f64 * self.square_cm))
             };
             return Ok(ordered.into_iter().map(refine).collect());
@@ -93,7 +91,7 @@ impl Checkerboard {
 
     /// The corners of a complete grid with the board's columns and rows, in either orientation; `None` for another
     /// grid.
-    fn match_grid(&self, grid: &Grid) -> Option<Vec<(Cell, Position)>> {
+    fn match_grid(&self, grid: &Grid) -> Option<Vec<(Cell, Vec2)>> {
         let extent = |axis: fn(&(i32, i32)) -> i32| {
             let (low, high) = (grid.keys().map(axis).min()?, grid.keys().map(axis).max()?);
             Some((low, (high - low) as usize + 1))
@@ -109,43 +107,39 @@ impl Checkerboard {
     }
 }
 
-/// Corners by column and row on the board, counted from the seed.
-type Grid = BTreeMap<(i32, i32), Position>;
-
-/// Column and row in the searched picture, in pixels.
-type Position = (f64, f64);
+/// Corners by column and row on the board, counted from the seed: column and row in the searched picture, in pixels.
+type Grid = BTreeMap<(i32, i32), Vec2>;
 
 /// Column and row of a corner on its board, from 0.
 type Cell = (usize, usize);
 
 /// Grows a grid from one corner: each corner predicts its four neighbours, breadth first.
-fn grow_grid(corners: &[Position], seed: usize) -> Grid {
+fn grow_grid(corners: &[Vec2], seed: usize) -> Grid {
     let mut grid = Grid::new();
     let start = corners[seed];
-    let Some(((first_x, first_y), (second_x, second_y))) = grid_axes(corners, seed) else { return grid };
+    let Some(axes) = grid_axes(corners, seed) else { return grid };
     // The steps to the neighbours of each corner, which perspective changes over the board.
     let mut steps = BTreeMap::new();
     grid.insert((0, 0), start);
-    steps.insert((0, 0), [(first_x, first_y), (second_x, second_y)]);
+    steps.insert((0, 0), axes);
     let mut queue = VecDeque::from([(0, 0)]);
     while let Some(at) = queue.pop_front() {
-        let (here, around): (Position, [Position; 2]) = (grid[&at], steps[&at]);
+        let (here, around): (Vec2, [Vec2; 2]) = (grid[&at], steps[&at]);
         for (axis, sign) in [(0, 1), (0, -1), (1, 1), (1, -1)] {
             let next = if axis == 0 { (at.0 + sign, at.1) } else { (at.0, at.1 + sign) };
             if grid.contains_key(&next) {
                 continue;
             }
-            let (dx, dy) = (f64::from(sign) * around[axis].0, f64::from(sign) * around[axis].1);
-            let predicted = (here.0 + dx, here.1 + dy);
-            let max_distance = MAX_DEVIATION * hypot(dx, dy);
-            let distance = |corner: &Position| hypot(corner.0 - predicted.0, corner.1 - predicted.1);
-            let nearest = corners.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            let Some(&found) = nearest.filter(|corner| distance(corner) < max_distance) else { continue };
+            let predicted = along(here, around[axis], f64::from(sign));
+            let error = |corner: &Vec2| distance(*corner, predicted);
+            let nearest = corners.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
+            let max_error = MAX_DEVIATION * norm(around[axis]);
+            let Some(&found) = nearest.filter(|corner| error(corner) < max_error) else { continue };
             if grid.values().any(|taken| *taken == found) {
                 continue;
             }
             let mut updated = around;
-            updated[axis] = (f64::from(sign) * (found.0 - here.0), f64::from(sign) * (found.1 - here.1));
+            updated[axis] = scale(sub(found, here), f64::from(sign));
             grid.insert(next, found);
             steps.insert(next, updated);
             queue.push_back(next);
@@ -155,30 +149,35 @@ fn grow_grid(corners: &[Position], seed: usize) -> Grid {
 }
 
 /// The steps from a corner to its nearest neighbour, and to the nearest one across that direction.
-fn grid_axes(corners: &[Position], seed: usize) -> Option<(Position, Position)> {
+fn grid_axes(corners: &[Vec2], seed: usize) -> Option<[Vec2; 2]> {
     let here = corners[seed];
-    let mut steps: Vec<Position> = corners
+    let mut steps: Vec<Vec2> = corners
         .iter()
         .enumerate()
         .filter(|&(index, _)| index != seed)
-        .map(|(_, corner)| (corner.0 - here.0, corner.1 - here.1))
+        .map(|(_, corner)| sub(*corner, here))
         .collect();
-    steps.sort_by(|a, b| hypot(a.0, a.1).total_cmp(&hypot(b.0, b.1)));
+    steps.sort_by(|a, b| norm(*a).total_cmp(&norm(*b)));
     let first = *steps.first()?;
     // More than 53 degrees from the first axis.
-    let is_across = |step: &&Position| {
-        let sine = (first.0 * step.1 - first.1 * step.0) / (hypot(first.0, first.1) * hypot(step.0, step.1));
+    let is_across = |step: &&Vec2| {
+        let sine = (first[0] * step[1] - first[1] * step[0]) / (norm(first) * norm(**step));
         sine.abs() > 0.8
     };
-    Some((first, *steps.iter().find(is_across)?))
+    Some([first, *steps.iter().find(is_across)?])
+}
+
+/// The luma of each pixel.
+fn luma(image: &Image) -> Plane {
+    filter::sample_gaussian(image, image.region(), LUMA, 0.0, 1)
 }
 
 /// Local maxima of the corner response (non-maximum suppression), the strongest first.
-fn find_candidates(luma: &LumaImage) -> Vec<Position> {
+fn find_candidates(luma: &Plane) -> Vec<Vec2> {
     let responses = luma.corner_response();
     let strongest = responses.iter().copied().fold(0.0, f32::max);
     let radius = RING_RADIUS as usize;
-    let mut found: Vec<(f32, Position)> = Vec::new();
+    let mut found: Vec<(f32, Vec2)> = Vec::new();
     for y in radius..luma.height.saturating_sub(radius) {
         for x in radius..luma.width.saturating_sub(radius) {
             let response = responses[y * luma.width + x];
@@ -193,7 +192,7 @@ fn find_candidates(luma: &LumaImage) -> Vec<Position> {
                 other < response || other == response && (v, u) >= (y, x)
             });
             if is_maximum {
-                found.push((response, (x as f64, y as f64)));
+                found.push((response, [x as f64, y as f64]));
             }
         }
     }
@@ -201,36 +200,7 @@ fn find_candidates(luma: &LumaImage) -> Vec<Position> {
     found.into_iter().map(|(_, position)| position).collect()
 }
 
-/// The luma of a picture.
-struct LumaImage {
-    width: usize,
-    height: usize,
-    values: Vec<f32>,
-}
-
-impl LumaImage {
-    fn of(image: &Image) -> Self {
-        let luma = |rgb: &[u8]| LUMA.iter().zip(rgb).map(|(weight, &value)| weight * f32::from(value)).sum();
-        Self {
-            width: image.width,
-            height: image.height,
-            values: image.rgb.chunks_exact(3).map(luma).collect(),
-        }
-    }
-
-    /// Bilinear interpolation, in single precision; beyond the edge the outermost pixels are repeated.
-    fn at(&self, x: f64, y: f64) -> f32 {
-        let x = x.clamp(0.0, self.width as f64 - 1.001);
-        let y = y.clamp(0.0, self.height as f64 - 1.001);
-        let (column, row) = (x as usize, y as usize);
-        let (right, down) = ((x - column as f64) as f32, (y - row as f64) as f32);
-        let value = |dx: usize, dy: usize| {
-            self.values[(row + dy).min(self.height - 1) * self.width + (column + dx).min(self.width - 1)]
-        };
-        let corners = [value(0, 0), value(1, 0), value(0, 1), value(1, 1)];
-        crate::math::interpolate::bilinear_blend(corners, right, down)
-    }
-
+impl Plane {
     /// The ChESS response of each pixel (Bennett and Lasenby 2014): the sum response over the ring, less the
     /// difference response and 16 times the mean response.
     fn corner_response(&self) -> Vec<f32> {
@@ -266,7 +236,7 @@ impl LumaImage {
 
     /// Refines a corner by Förstner's operator: at the corner, each gradient within `radius` is perpendicular to the
     /// line from there. Returns `rough` where the iteration leaves the window.
-    fn refine_corner(&self, rough: Position, radius: f64) -> Position {
+    fn refine_corner(&self, rough: Vec2, radius: f64) -> Vec2 {
         let mut corner = rough;
         let half = radius.ceil() as i32;
         for _ in 0..20 {
@@ -275,9 +245,9 @@ impl LumaImage {
                 for u in -half..=half {
                     let (u, v) = (f64::from(u), f64::from(v));
                     let weight = crate::math::exp(-2.0 * (u * u + v * v) / (radius * radius));
-                    let (x, y) = (corner.0 + u, corner.1 + v);
-                    let slope_x = f64::from(self.at(x + 1.0, y) - self.at(x - 1.0, y));
-                    let slope_y = f64::from(self.at(x, y + 1.0) - self.at(x, y - 1.0));
+                    let [x, y] = [corner[0] + u, corner[1] + v];
+                    let slope_x = self.bilinear([x + 1.0, y]) - self.bilinear([x - 1.0, y]);
+                    let slope_y = self.bilinear([x, y + 1.0]) - self.bilinear([x, y - 1.0]);
                     xx += weight * slope_x * slope_x;
                     xy += weight * slope_x * slope_y;
                     yy += weight * slope_y * slope_y;
@@ -290,13 +260,12 @@ impl LumaImage {
             if determinant <= 1e-9 * (xx + yy) * (xx + yy) {
                 return rough;
             }
-            let dx = (yy * right_x - xy * right_y) / determinant;
-            let dy = (xx * right_y - xy * right_x) / determinant;
-            corner = (corner.0 + dx, corner.1 + dy);
-            if hypot(corner.0 - rough.0, corner.1 - rough.1) > radius {
+            let step = [yy * right_x - xy * right_y, xx * right_y - xy * right_x].map(|x| x / determinant);
+            corner = add(corner, step);
+            if distance(corner, rough) > radius {
                 return rough;
             }
-            if hypot(dx, dy) < 1e-3 {
+            if norm(step) < 1e-3 {
                 break;
             }
         }

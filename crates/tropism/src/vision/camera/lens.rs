@@ -21,7 +21,7 @@ use crate::geometry::{Pixel, Point};
 use crate::math::matrix::{
     Matrix3, determinant, identity, inverse, least_squares, multiply, solve, transform,
 };
-use crate::math::vector::{Vec2, Vec3, dot, sub};
+use crate::math::vector::{Vec2, Vec3, dot, normalize_or, sub};
 use crate::vision::error::VisionError;
 
 /// Map from a picture to the plane of the stem. Its origin is anywhere in the plane; [`Calibration`] moves it to the
@@ -109,10 +109,14 @@ impl Lens {
     /// Local scale around a pixel, in pixels per cm: the square root of the ratio of areas.
     #[must_use]
     pub fn px_per_cm(&self, pixel: Pixel, width: usize, height: usize) -> f64 {
-        let at = |dx, dy| self.point(Pixel::new(pixel.x + dx, pixel.y + dy), width, height);
-        let (left, right, above, below) = (at(-0.5, 0.0), at(0.5, 0.0), at(0.0, -0.5), at(0.0, 0.5));
-        let area = (right.x - left.x) * (above.y - below.y) - (above.x - below.x) * (right.y - left.y);
-        1.0 / area.abs().sqrt()
+        let [right, up] = self.steps(pixel, width, height);
+        1.0 / (right[0] * up[1] - up[0] * right[1]).abs().sqrt()
+    }
+
+    /// The Jacobian around a pixel, by central differences: a step of one pixel to the right and one up, in cm.
+    fn steps(&self, pixel: Pixel, width: usize, height: usize) -> [Vec2; 2] {
+        let at = |dx, dy| <[f64; 2]>::from(self.point(pixel + Pixel::new(dx, dy), width, height));
+        [sub(at(0.5, 0.0), at(-0.5, 0.0)), sub(at(0.0, -0.5), at(0.0, 0.5))]
     }
 
     /// Fits a lens to corners, given as pixels of a picture of `width` x `height` and points of the plane in cm, by
@@ -249,13 +253,10 @@ fn refine(start: Parameters, correspondences: &[Correspondence]) -> Option<Param
 /// The rotation that makes up in the picture up in the plane around `pixel`, with a reflection where the corners were
 /// counted the other way round.
 fn upright(lens: &Lens, pixel: Pixel, width: usize, height: usize) -> Matrix3 {
-    let at = |dx, dy| lens.point(Pixel::new(pixel.x + dx, pixel.y + dy), width, height);
-    let (left, right, above, below) = (at(-0.5, 0.0), at(0.5, 0.0), at(0.0, -0.5), at(0.0, 0.5));
-    let (x, y) = (above.x - below.x, above.y - below.y);
-    let length = crate::math::hypot(x, y);
-    let (sin, cos) = (x / length, y / length);
+    let [right, up] = lens.steps(pixel, width, height);
+    let [sin, cos] = normalize_or(up, [0.0, 1.0]);
     // The side of "up" on which the picture's right lies: -1 where the corners were counted in a mirror.
-    let side = ((right.x - left.x) * cos - (right.y - left.y) * sin).signum();
+    let side = (right[0] * cos - right[1] * sin).signum();
     [[side * cos, -side * sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]
 }
 

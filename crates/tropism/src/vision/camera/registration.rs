@@ -219,7 +219,7 @@ impl ReferenceFeatures {
         if ratios.is_empty() { 1.0 } else { math::statistics::quantile_nearest(&ratios, 0.5) }
     }
 
-    /// Whether the first picture has enough templates for a registration that fails to mean something.
+    /// Whether the first picture has so many templates that a failed registration means a turned camera.
     #[must_use]
     pub fn has_enough(&self) -> bool {
         self.templates.len() >= MAX_TEMPLATES / 2
@@ -245,9 +245,7 @@ fn is_similar(one: Offset, other: Offset) -> bool {
 }
 
 /// Square root of the smaller eigenvalue of the structure tensor around a sample: large at corners (Shi and Tomasi
-/// 1994).
-///
-/// A saturated lamp has the sharpest corners and is no landmark: the root keeps it from outweighing the rest.
+/// 1994). The square root keeps a saturated lamp, which is no landmark, from outweighing the rest.
 fn min_eigenvalue(samples: &Samples, x: i32, y: i32) -> f32 {
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
     for row in (y - HALF_SIDE..=y + HALF_SIDE).step_by(2) {

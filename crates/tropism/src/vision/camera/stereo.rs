@@ -15,7 +15,7 @@ use crate::geometry::space::SpacePoint;
 use crate::geometry::{Pixel, Point, Polyline};
 use crate::math;
 use crate::math::vector::{along, dot, sub};
-use crate::obstacle::Pole;
+use crate::obstacle::{Pole, share_crossing};
 use crate::vision::camera::calibration::Calibration;
 
 /// Pose of a camera whose optical axis is perpendicular to its calibrated plane.
@@ -55,8 +55,8 @@ impl CameraPose {
         )
     }
 
-    /// Where an upright pole is seen, in cm of the plane. `pole` stands in the camera's coordinates. Its edges are upright
-    /// lines: the planes through the camera that touch an upright cylinder are upright.
+    /// Silhouette of an upright pole, in cm of the plane. `pole` is in camera coordinates. The edges are upright lines, because
+    /// the planes through the camera that touch an upright cylinder are upright.
     #[must_use]
     pub fn silhouette(&self, pole: Pole) -> Strip {
         let ([x, z], radius) = (pole.at, pole.radius_cm);
@@ -66,7 +66,7 @@ impl CameraPose {
         let half = math::atan2(radius, tangent);
         let direction = math::atan2(aside, ahead);
         let edge = |angle: f64| self.principal_point.x + self.distance_cm * math::tan(angle);
-        // The end of the pole is a circle, of which the front or the back is seen higher.
+        // The end of the pole is a circle: its front or its back is the highest point of the silhouette.
         let top = |z: f64| self.project([x, pole.height_cm, z]).y;
         Strip {
             left: edge(direction - half),
@@ -81,7 +81,7 @@ impl CameraPose {
     }
 }
 
-/// Where an upright pole is seen, in cm of a camera's calibrated plane: it is unbounded downwards.
+/// Silhouette of an upright pole, in cm of a camera's calibrated plane, unbounded downwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strip {
     /// x of its left edge.
@@ -228,25 +228,20 @@ impl StereoPair {
         // The epipolar line goes through the images of two points of the ray, before and behind the plane.
         let [a, b] = [0.5, 1.5]
             .map(|share| self.side.project(self.side_from.to_camera(along(self.front.centre(), ray, share))));
-        // Twice the signed area of a triangle: its sign is the side of the line on which a point lies.
-        let side_of_line = |point: Point| (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
-        let mut found = Vec::new();
-        for (vertex, pair) in side.0.windows(2).enumerate() {
-            let (start, end) = (side_of_line(pair[0]), side_of_line(pair[1]));
-            if start == end || start.min(end) > 0.0 || start.max(end) < 0.0 {
-                continue;
-            }
-            let fraction = start / (start - end);
-            found.push((vertex as f64 + fraction, pair[0].lerp(pair[1], fraction)));
-        }
-        found
+        let pairs = (0..).zip(side.0.windows(2));
+        let found = pairs.filter_map(|(vertex, pair)| {
+            let pair = [pair[0], pair[1]];
+            let share = share_crossing(pair, [a, b]).filter(|share| (0.0..=1.0).contains(share))?;
+            Some((f64::from(vertex) + share, pair[0].lerp(pair[1], share)))
+        });
+        found.collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::space::{length, resampled};
+    use crate::geometry::path::{length, resampled};
     use crate::math::vector::distance;
     use crate::math::{cos, sin};
     use proptest::prelude::*;
@@ -358,6 +353,5 @@ mod tests {
         assert_eq!(views(Side::Right).triangulate_midline(&line(1), &line(5)), Vec::<SpacePoint>::new());
         assert_eq!(views(Side::Right).triangulate_midline(&line(5), &line(0)), Vec::<SpacePoint>::new());
         assert_eq!(resampled(&[[1.0; 3]], 10), [[1.0; 3]]);
-        assert_eq!(resampled(&[[1.0; 3]; 4], 10).len(), 4);
     }
 }

@@ -9,8 +9,8 @@
 
 use crate::math::matrix::solve_symmetric;
 
-/// Variance that is added to each channel, in squared grey values: the order of the camera's rounding. It keeps the
-/// covariance of a uniform background invertible.
+/// Ridge that is added to each channel's variance, in squared grey values, so that the covariance of a uniform background
+/// stays invertible (Tikhonov regularisation). Chosen: the order of a camera's rounding, 1/12, after a JPEG.
 const ROUNDING_VARIANCE: f64 = 1.0;
 
 /// Sums over pixels that give the mean and the covariance of their colour.
@@ -33,6 +33,11 @@ impl ColourStatistics {
         for (sum, value) in self.products.iter_mut().zip([r * r, g * g, b * b, r * g, r * b, g * b]) {
             *sum += value;
         }
+    }
+
+    /// Number of pixels.
+    pub(super) const fn count(&self) -> usize {
+        self.count as usize
     }
 
     /// The mean colour, 0 to 255; of no pixels it is not a number.

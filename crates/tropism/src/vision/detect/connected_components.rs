@@ -3,6 +3,9 @@
 //! In: evidence for each sample of a plane. Out: labelled components, and the one at the stem base. The one idea:
 //! what is connected to the base is plant; falling leaves, glare, lamps and the pot's rim are not.
 
+use crate::geometry::Region;
+use crate::math::vector::distance;
+use crate::vision::detect::curve::PlanePoint;
 use crate::vision::detect::hysteresis::Evidence;
 
 /// Labels of the samples of a plane, by component.
@@ -49,6 +52,12 @@ impl BoundingBox {
         }
     }
 
+    /// The box as a region of the plane.
+    pub(in crate::vision) const fn region(self) -> Region {
+        let Self { left, right, top, bottom } = self;
+        Region { x: left, y: top, width: right + 1 - left, height: bottom + 1 - top }
+    }
+
     fn include(&mut self, x: usize, y: usize) {
         (self.left, self.right) = (self.left.min(x), self.right.max(x));
         (self.top, self.bottom) = (self.top.min(y), self.bottom.max(y));
@@ -59,16 +68,16 @@ impl BoundingBox {
 /// bridged, as a shadow or a saturated rim without colour leaves them. Chosen by hand.
 pub(super) const REACH: usize = 3;
 
-/// Samples that are skipped at a time where none is plant: most of a picture is background.
+/// Samples that are skipped at a time where none is plant, because most of a picture is background. Chosen for speed.
 const CHUNK: usize = 64;
 
 impl ConnectedComponents {
     /// Labels the components of a plane of `width` columns.
     ///
     /// Samples are connected that are at most `reach` columns and rows apart: a gap of `reach` - 1 samples is
-    /// bridged. Distances are measured to `anchor` (column, row).
+    /// bridged. Distances are measured to `anchor`.
     #[must_use]
-    pub fn label(plane: &[Evidence], width: usize, reach: usize, anchor: (f64, f64)) -> Self {
+    pub fn label(plane: &[Evidence], width: usize, reach: usize, anchor: PlanePoint) -> Self {
         let height = plane.len() / width.max(1);
         let mut labels = vec![0; plane.len()];
         let mut components = Vec::new();
@@ -89,16 +98,15 @@ impl ConnectedComponents {
                 continue;
             }
             let label = components.len() as u32 + 1;
-            let (mut strong, mut squared_distance) = (0, f64::INFINITY);
+            let (mut strong, mut least) = (0, f64::INFINITY);
             let (x, y) = (seed % width, seed / width);
             let mut bounds = BoundingBox { left: x, right: x, top: y, bottom: y };
             labels[seed] = label;
             stack.push(seed);
             while let Some(at) = stack.pop() {
                 let (x, y) = (at % width, at / width);
-                let (dx, dy) = (x as f64 - anchor.0, y as f64 - anchor.1);
                 strong += usize::from(plane[at] == Evidence::Strong);
-                squared_distance = squared_distance.min(dx * dx + dy * dy);
+                least = least.min(distance([x as f64, y as f64], anchor));
                 bounds.include(x, y);
                 // An inner sample need not look beyond its neighbours: they are nearer to whatever lies farther out.
                 let is_inner = neighbourhood(x, y, 1).all(|row| !plane[row].contains(&Evidence::None));
@@ -113,7 +121,7 @@ impl ConnectedComponents {
                     }
                 }
             }
-            components.push(Component { strong, distance: squared_distance.sqrt(), bounds });
+            components.push(Component { strong, distance: least, bounds });
         }
         Self { labels, components }
     }
@@ -151,7 +159,7 @@ mod tests {
             _ => Evidence::None,
         };
         let plane: Vec<Evidence> = rows.iter().flat_map(|row| row.bytes().map(evidence)).collect();
-        ConnectedComponents::label(&plane, rows[0].len(), reach, (4.0, 3.0))
+        ConnectedComponents::label(&plane, rows[0].len(), reach, [4.0, 3.0])
     }
 
     const ROWS: [&str; 4] = ["#...#", ".#...", ".....", "...+#"];

@@ -5,7 +5,9 @@
 //! where the profile falls below half of its height.
 
 use crate::math;
-use crate::vision::detect::curve::{PlanePoint, direction, offset_by, smooth};
+use crate::math::statistics::quantile_nearest;
+use crate::math::vector::along;
+use crate::vision::detect::curve::{PlanePoint, normal, smooth};
 use crate::vision::raster::plane::Plane;
 
 /// Width, in stem widths, above which a cross-section is a leaf's, where it is long enough. Chosen by hand.
@@ -27,9 +29,8 @@ pub(super) struct CrossSection {
 impl CrossSection {
     /// The cross-section at point `i` of a line.
     pub(super) fn at(plane: &Plane, line: &[PlanePoint], i: usize) -> Self {
-        let tangent = direction(line[i.saturating_sub(3)], line[(i + 3).min(line.len() - 1)]);
-        let normal = (-tangent.1, tangent.0);
-        let value = |offset: f64| plane.bilinear(offset_by(line[i], offset, normal));
+        let normal = normal(line, i, 3);
+        let value = |offset: f64| plane.bilinear(along(line[i], normal, offset));
         let half_height = 0.5 * value(0.0).max(value(-1.0)).max(value(1.0)).clamp(0.1, 1.0);
         let (one, other) = (edge(value, half_height), edge(|offset| value(-offset), half_height));
         Self { normal, shift: (one - other) / 2.0, width: one + other }
@@ -62,7 +63,7 @@ pub(super) fn shortest_chord(plane: &Plane, point: PlanePoint) -> f64 {
     let level = CHORD_HEIGHT * plane.bilinear(point).max(0.1);
     let chord = |i: usize| {
         let (y, x) = math::sin_cos(std::f64::consts::PI * i as f64 / CHORDS as f64);
-        let value = |offset: f64| plane.bilinear(offset_by(point, offset, (x, y)));
+        let value = |offset: f64| plane.bilinear(along(point, [x, y], offset));
         edge(value, level) + edge(|offset| value(-offset), level)
     };
     (0..CHORDS).map(chord).fold(f64::INFINITY, f64::min)
@@ -82,7 +83,7 @@ pub(super) fn centre(plane: &Plane, mut line: Vec<PlanePoint>) -> (Vec<PlanePoin
             fill_gaps(sections.iter().map(|section| (section.width <= widest_stem).then_some(section.shift)));
         let points = line.iter().zip(&sections).zip(&shifts);
         let moved: Vec<PlanePoint> =
-            points.map(|((at, section), shift)| offset_by(*at, *shift, section.normal)).collect();
+            points.map(|((at, section), shift)| along(*at, section.normal, *shift)).collect();
         line = smooth(&moved, 2);
     }
     (line, widths)
@@ -90,9 +91,7 @@ pub(super) fn centre(plane: &Plane, mut line: Vec<PlanePoint>) -> (Vec<PlanePoin
 
 /// Width of the stem: the median over the lower half of a path, which is stem.
 pub(super) fn stem_width(widths: &[f64]) -> f64 {
-    let mut lower: Vec<f64> = widths[..widths.len().div_ceil(2)].to_vec();
-    lower.sort_by(f64::total_cmp);
-    lower.get(lower.len() / 2).copied().unwrap_or(1.0).clamp(1.0, 1e6)
+    quantile_nearest(&widths[..widths.len().div_ceil(2)], 0.5).clamp(1.0, 1e6)
 }
 
 /// Fills gaps by linear interpolation; before the first and after the last value that value is repeated.

@@ -21,6 +21,9 @@ pub enum Edge {
 }
 
 impl Edge {
+    /// All edges, clockwise from the top.
+    pub(super) const CLOCKWISE: [Self; 4] = [Self::Top, Self::Right, Self::Bottom, Self::Left];
+
     /// The word used in files.
     #[must_use]
     pub const fn name(self) -> &'static str {

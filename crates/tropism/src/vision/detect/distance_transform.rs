@@ -5,7 +5,7 @@
 //! # References
 //! Borgefors 1986, *Distance transformations in digital images*, doi:10.1016/S0734-189X(86)80047-0.
 
-/// Cost of a step to a neighbour in the row or column.
+/// Cost of a step to a neighbour in the row or column: Borgefors's chamfer 3-4, like the next.
 const STRAIGHT: u32 = 3;
 
 /// Cost of a diagonal step.

@@ -12,8 +12,9 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use crate::math::vector::{along, distance};
 use crate::vision::detect::connected_components::BoundingBox;
-use crate::vision::detect::curve::{PlanePoint, offset_by};
+use crate::vision::detect::curve::PlanePoint;
 use crate::vision::detect::distance_transform::distance_transform;
 use crate::vision::raster::plane::Plane;
 
@@ -21,7 +22,10 @@ use crate::vision::raster::plane::Plane;
 /// stem below its fork. Chosen by hand.
 const TOUCHING_WIDTHS: f64 = 3.0;
 
-/// Cost of a step across a gap, where a step in the middle of a thick stem costs 8. Chosen by hand.
+/// Costs of a step: far from any edge, what an edge adds over the squared distance to it, and across a gap. Chosen by hand:
+/// a path is drawn to the middle of a stem that is a few samples wide, and crosses a gap only where no tissue leads on.
+const MIDDLE_COST: u32 = 8;
+const EDGE_COST: u32 = 288;
 const GAP_COST: u32 = 800;
 
 /// Least value that is used: the cost grows with the inverse square of the value, so that a path keeps to the bright
@@ -33,7 +37,7 @@ const MIN_VALUE: f64 = 0.25;
 /// digit: 0.5 and 0.7 do nearly as well.
 const RIDGE_SHARE: f32 = 0.6;
 
-/// Distance of an edge to the next sample beyond it, as [`distance_transform`] measures.
+/// Distance of an edge to the next sample beyond it: one straight step of [`distance_transform`].
 const EDGE_DISTANCE: u32 = 3;
 
 /// Radius in which the brightest sample is searched, in samples. Chosen by hand: the gap is narrower than twice as much.
@@ -80,6 +84,7 @@ impl GeodesicGrid {
             .zip(&mask)
             .map(|(at, &is_plant)| if is_plant { plane.values[at] } else { 0.0 })
             .collect();
+        // A second transform measures the distance to the dark gap between stem and leaf, which is no edge of the component.
         let is_ridge = ridges(&values, inner);
         let ridge_distance = distance_transform(&is_ridge, inner);
         let width = inner + 2;
@@ -97,7 +102,7 @@ impl GeodesicGrid {
                 if mask[from] {
                     let value = f64::from(values[from]).clamp(MIN_VALUE, 1.0);
                     let distance = if is_ridge[from] { ridge_distance[from] } else { EDGE_DISTANCE };
-                    let cost = (8 + 288 / (distance * distance)) as f64 / (value * value);
+                    let cost = (MIDDLE_COST + EDGE_COST / (distance * distance)) as f64 / (value * value);
                     grid.step_cost[to] = cost as u32;
                 } else if distance[from] < 3 * reach as u32 || may_hide(sample) {
                     grid.step_cost[to] = GAP_COST;
@@ -110,7 +115,7 @@ impl GeodesicGrid {
     /// Column and row in the plane of a sample of the grid.
     pub(super) fn point(&self, at: usize) -> PlanePoint {
         let (column, row) = (self.origin.0 + at % self.width, self.origin.1 + at / self.width);
-        (column as f64 - 1.0, row as f64 - 1.0)
+        [column as f64 - 1.0, row as f64 - 1.0]
     }
 
     /// The samples of the component, the highest first.
@@ -120,7 +125,7 @@ impl GeodesicGrid {
 
     /// Height of a sample above another, in samples.
     pub(super) fn height(&self, from: usize, at: usize) -> f64 {
-        self.point(from).1 - self.point(at).1
+        self.point(from)[1] - self.point(at)[1]
     }
 
     /// Width of the component at a sample in its middle, in samples.
@@ -128,7 +133,7 @@ impl GeodesicGrid {
         (f64::from(2 * self.edge_distance[at]) / 3.0 - 1.0).max(1.0)
     }
 
-    /// Takes what lies at some points from the component; no path leads through them.
+    /// Removes some samples from the component; no path leads through them.
     pub(super) fn close(&mut self, is_closed: impl Fn(PlanePoint) -> bool) {
         for at in 0..self.is_plant.len() {
             if is_closed(self.point(at)) {
@@ -139,14 +144,8 @@ impl GeodesicGrid {
 
     /// The plant sample nearest to a point.
     pub(super) fn nearest_sample(&self, point: PlanePoint) -> Option<usize> {
-        let squared_distance = |at: usize| {
-            let (x, y) = self.point(at);
-            (x - point.0) * (x - point.0) + (y - point.1) * (y - point.1)
-        };
-        self.plant_samples()
-            .map(|at| (at, squared_distance(at)))
-            .min_by(|one, other| one.1.total_cmp(&other.1))
-            .map(|(at, _)| at)
+        let distances = self.plant_samples().map(|at| (at, distance(self.point(at), point)));
+        distances.min_by(|one, other| one.1.total_cmp(&other.1)).map(|(at, _)| at)
     }
 
     /// The eight neighbours of a sample inside the border, and whether each is diagonal.
@@ -175,6 +174,7 @@ impl GeodesicGrid {
         predecessor[start] = start as u32;
         while let Some(Reverse(entry)) = queue.pop() {
             let (cost, at) = ((entry >> 32) as u32, entry as u32 as usize);
+            // Lazy deletion: the queue still has this entry from before a cheaper path was found.
             if cost > costs[at] {
                 continue;
             }
@@ -244,7 +244,7 @@ impl GeodesicGrid {
         direction: PlanePoint,
         max_distance: f64,
     ) -> Option<PlanePoint> {
-        let point = |i: usize| offset_by(start, 0.5 * i as f64, direction);
+        let point = |i: usize| along(start, direction, 0.5 * i as f64);
         let steps = (2.0 * max_distance) as usize;
         let depths: Vec<u32> = (0..steps).map_while(|i| self.edge_distance_at(point(i))).collect();
         let most = depths.iter().max()?;
@@ -256,7 +256,7 @@ impl GeodesicGrid {
     /// The distance to the edge at the plant sample nearest to a point; `None` outside the component.
     fn edge_distance_at(&self, point: PlanePoint) -> Option<u32> {
         let (x, y) =
-            (point.0.round() - self.origin.0 as f64 + 1.0, point.1.round() - self.origin.1 as f64 + 1.0);
+            (point[0].round() - self.origin.0 as f64 + 1.0, point[1].round() - self.origin.1 as f64 + 1.0);
         let is_inside = x >= 0.0 && y >= 0.0 && x < self.width as f64;
         let at = is_inside.then_some(y as usize * self.width + x as usize)?;
         self.is_plant.get(at)?.then(|| self.edge_distance[at])
@@ -271,6 +271,7 @@ impl GeodesicGrid {
         min_length: f64,
         count: usize,
     ) -> Vec<Vec<usize>> {
+        // Farthest-point traversal: each branch ends where the tissue is farthest from all branches before.
         let mut distance = vec![NONE; self.is_plant.len()];
         let mut branches = Vec::new();
         self.spread(&mut distance, vec![start], |_, _| {});
@@ -301,8 +302,8 @@ impl GeodesicGrid {
         (nearest, distance)
     }
 
-    /// Lowers distances in steps to those from the samples of `front`, breadth first. `reached` hears of each sample
-    /// that is now nearer, and from which neighbour.
+    /// Lowers distances in steps to those from the samples of `front`, breadth first. `reached` is called for each
+    /// sample that is now nearer, with the neighbour before it.
     fn spread(&self, distance: &mut [u32], mut front: Vec<usize>, mut reached: impl FnMut(usize, usize)) {
         front.iter().for_each(|&at| distance[at] = 0);
         let mut next_front = Vec::new();
@@ -377,6 +378,7 @@ impl ShortestPaths {
         let mut values: Vec<Option<T>> = vec![None; self.predecessor.len()];
         let mut path = Vec::new();
         for goal in 0..values.len() {
+            // Back to the first sample with a value, then forwards: each sample is visited once.
             let mut at = goal;
             while values[at].is_none()
                 && let Some(before) = self.predecessor(at)
@@ -407,6 +409,7 @@ impl ShortestPaths {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pixel;
 
     /// A plane of dots (background), digits (tenths of plant) and `#` (plant).
     fn grid(rows: &[&str], reach: usize) -> GeodesicGrid {
@@ -417,7 +420,7 @@ mod tests {
         };
         let values: Vec<f32> = rows.iter().flat_map(|row| row.bytes().map(value)).collect();
         let (width, height) = (rows[0].len(), rows.len());
-        let plane = Plane { width, height, values, origin: (0.0, 0.0), step: 1 };
+        let plane = Plane { width, height, values, origin: Pixel::default(), step: 1 };
         let bounds = BoundingBox { left: 0, right: width - 1, top: 0, bottom: height - 1 };
         GeodesicGrid::new(&plane, bounds, |at| plane.values[at] > 0.0, |_| false, reach)
     }
@@ -441,8 +444,8 @@ mod tests {
             &["..#####..", "..#...3..", "..#...3..", "..#...3..", "..#####..", "....#....", "....#...."],
             1,
         );
-        let found = path(&loop_, (4.0, 6.0), (5.0, 0.0)).unwrap();
-        assert!(found.contains(&(2.0, 2.0)) && !found.contains(&(6.0, 2.0)), "{found:?}");
+        let found = path(&loop_, [4.0, 6.0], [5.0, 0.0]).unwrap();
+        assert!(found.contains(&[2.0, 2.0]) && !found.contains(&[6.0, 2.0]), "{found:?}");
     }
 
     #[test]
@@ -452,7 +455,7 @@ mod tests {
             let mut rows = vec!["..###................"; 24];
             rows[12..12 + branch].fill("..###################");
             let grid = grid(&rows, 1);
-            let ends = [(3.0, 23.0), (3.0, 0.0)].map(|end| grid.nearest_sample(end).unwrap());
+            let ends = [[3.0, 23.0], [3.0, 0.0]].map(|end| grid.nearest_sample(end).unwrap());
             let [up, down] = ends.map(|end| grid.shortest_paths(end));
             grid.fork(&up.path_to(ends[1]).unwrap(), &up, &down, 3.0, 8.0)
         };
@@ -463,7 +466,7 @@ mod tests {
     #[test]
     fn a_gap_is_crossed_within_reach_only() {
         let rows = ["#", "#", ".", ".", "#", "#"];
-        assert_eq!(path(&grid(&rows, 3), (0.0, 5.0), (0.0, 0.0)).map(|path| path.len()), Some(6));
-        assert_eq!(path(&grid(&rows, 1), (0.0, 5.0), (0.0, 0.0)), None);
+        assert_eq!(path(&grid(&rows, 3), [0.0, 5.0], [0.0, 0.0]).map(|path| path.len()), Some(6));
+        assert_eq!(path(&grid(&rows, 1), [0.0, 5.0], [0.0, 0.0]), None);
     }
 }

@@ -6,7 +6,7 @@
 use crate::geometry::Region;
 use crate::lamps::Light;
 use crate::math::statistics::upper_median;
-use crate::vision::raster::source::{PixelSource, full_region};
+use crate::vision::raster::source::PixelSource;
 
 /// Least difference of both sides' glow, as a share of their sum. Chosen by hand.
 const MIN_DIFFERENCE: f64 = 0.25;
@@ -30,7 +30,7 @@ pub fn lamp_state(image: &dyn PixelSource, lamps: Option<&[Region]>) -> Option<L
     let thirds = [third, Region { x: width - third.width, ..third }];
     let sides = lamps.unwrap_or(&thirds);
     let factor = (width / MIN_COLUMNS).clamp(1, MAX_FACTOR);
-    let luma = image.downscale_luma(full_region((width, height)), factor);
+    let luma = image.downscale_luma(Region::whole((width, height)), factor);
     let median = upper_median(&luma, f32::total_cmp)?;
     let glow = |side: &Region| {
         if !side.fits(width, height) {

@@ -13,9 +13,10 @@
 //! time lapse and the bean's marked apices (the rows `clean`, `hook` and `real/` of `benches/src/bin/accuracy`).
 
 use crate::math;
+use crate::math::vector::{along, distance, dot, norm, sub};
 use crate::vision::detect::connected_components::BoundingBox;
 use crate::vision::detect::cross_section::{CrossSection, LEAF_WIDTH, centre, shortest_chord, stem_width};
-use crate::vision::detect::curve::{PlanePoint, direction, distance, offset_by, resample, smooth};
+use crate::vision::detect::curve::{PlanePoint, direction, resample, smooth, window};
 use crate::vision::detect::geodesic::{GeodesicGrid, ShortestPaths};
 use crate::vision::raster::plane::Plane;
 
@@ -78,7 +79,7 @@ pub struct TracedStem {
     pub line: Vec<PlanePoint>,
     /// Its width over its lower half, in samples.
     pub width: f64,
-    /// Where the plant goes on from a stem that ends where it becomes thick, up to a fork, a leaf or its end.
+    /// The plant beyond a stem that ends where it becomes thick, up to a fork, a leaf or the plant's end.
     pub beyond: Vec<PlanePoint>,
 }
 
@@ -116,6 +117,7 @@ pub fn trace_stem(
     let leaf = leaf_start(&widths, width);
     let turns_into_leaf = sharpest_turn(&line, width, |i| widths[i] > LEAF_WIDTH * width) > LEAF_TURN;
     let min_branch = if leaf.is_some() || turns_into_leaf { PAIRED_LEAF_BRANCH } else { LEAF_BRANCH };
+    // A leaf is a long branch. Paths from both ends of the stem locate where it leaves.
     let down = grid.shortest_paths(goal);
     let min_length = (min_branch * width).max(LEAF_BRANCH_SHARE * path.len() as f64);
     let fork = grid.fork(&path, &up, &down, width, min_length);
@@ -124,7 +126,7 @@ pub fn trace_stem(
         let to_fork = |i: &usize| distance(fork, line[*i]);
         (0..line.len()).min_by(|one, other| to_fork(one).total_cmp(&to_fork(other))).unwrap_or(line.len())
     });
-    // A fork shortly after is what makes the stem thick, and a leaf long after hangs against it before.
+    // A fork shortly after widens the stem itself, and a leaf long after hangs against it before.
     let thick = thick_start(bright, &line, width).filter(|&at| {
         let is_after = |next: usize, widths: f64| next as f64 > at as f64 + widths * width;
         fork.is_none_or(|fork| is_after(fork, 1.0))
@@ -136,7 +138,7 @@ pub fn trace_stem(
         thick.map_or_else(Vec::new, |thick| line[thick + 1..fork.or(leaf).unwrap_or(round_end)].to_vec());
     let end = thick.or(fork).or(leaf).unwrap_or(line.len());
     line.truncate((end + 1).max(2));
-    // A stem goes on past a pair of leaves, but not from a closed hook into what hangs from it.
+    // A stem continues past a pair of leaves, but not from a closed hook into the leaves that hang from it.
     let past_end = if thick.or(fork).is_some() { MIN_PAST_FORK } else { -MAX_PAST_THIN };
     if let Some(thin) = thin.filter(|thin| thin.len() as f64 >= line.len() as f64 + past_end * width) {
         return Some(TracedStem { line: thin, width, beyond: Vec::new() });
@@ -175,7 +177,7 @@ fn thin_branch(
     let mut best: Option<(f64, Vec<PlanePoint>)> = None;
     for path in grid.branches(start, up, MIN_BRANCH, MAX_BRANCHES) {
         let rough = smooth_path(grid, &path);
-        // The rating is at most the length.
+        // The rating is at most the length: a shorter branch cannot win.
         if best.as_ref().is_some_and(|(most, _)| rough.len() as f64 <= *most) {
             continue;
         }
@@ -209,8 +211,8 @@ fn thin_branch(
 
 /// Distance of a line's end below its highest point, in samples.
 fn drop_below_top(line: &[PlanePoint]) -> f64 {
-    let highest = line.iter().map(|at| at.1).fold(f64::INFINITY, f64::min);
-    line.last().map_or(0.0, |end| end.1 - highest)
+    let highest = line.iter().map(|at| at[1]).fold(f64::INFINITY, f64::min);
+    line.last().map_or(0.0, |end| end[1] - highest)
 }
 
 /// The sharpest turn of a line over a few stem widths, as 1 less its cosine, at the points that `counts` admits. The
@@ -218,11 +220,9 @@ fn drop_below_top(line: &[PlanePoint]) -> f64 {
 fn sharpest_turn(line: &[PlanePoint], stem: f64, counts: impl Fn(usize) -> bool) -> f64 {
     let reach = (2.5 * stem).ceil() as usize;
     let end = line.len().saturating_sub(reach + (1.5 * stem) as usize);
-    let vector = |from: PlanePoint, to: PlanePoint| (to.0 - from.0, to.1 - from.1);
     let cosine = |i: usize| {
-        let (before, after) = (vector(line[i - reach], line[i]), vector(line[i], line[i + reach]));
-        let lengths = math::hypot(before.0, before.1) * math::hypot(after.0, after.1);
-        (before.0 * after.0 + before.1 * after.1) / lengths.max(1e-9)
+        let (before, after) = (sub(line[i], line[i - reach]), sub(line[i + reach], line[i]));
+        dot(before, after) / (norm(before) * norm(after)).max(1e-9)
     };
     let least = (reach..end).filter(|&i| counts(i)).map(cosine).fold(1.0, f64::min);
     1.0 - least
@@ -233,14 +233,14 @@ fn end_inside_tip(plane: &Plane, line: &mut Vec<PlanePoint>, stem: f64) {
     let last = index_before_end(line, 1.5, stem);
     let point = line[last];
     let tangent = direction(line[index_before_end(line, 3.5, stem)], point);
-    let value = |offset: f64| plane.bilinear(offset_by(point, offset, tangent));
+    let value = |offset: f64| plane.bilinear(along(point, tangent, offset));
     let half_height = 0.5 * plane.bilinear(point).clamp(0.1, 1.0);
     let offsets = (0..(16.0 * stem) as u32).map(|step| 0.25 * f64::from(step));
     let Some(edge) = offsets.skip(1).find(|&offset| value(offset) < half_height) else { return };
     let (inside, outside) = (value(edge - 0.25), value(edge));
     let edge = edge - 0.25 * (half_height - outside) / (inside - outside).max(1e-9);
     let width = CrossSection::at(plane, line, last).width.min(LEAF_WIDTH * stem);
-    let end = offset_by(point, (edge - 0.5 * width).max(0.0), tangent);
+    let end = along(point, tangent, (edge - 0.5 * width).max(0.0));
     line.truncate(last + 1);
     line.push(end);
 }
@@ -279,16 +279,15 @@ fn leaf_start(widths: &[f64], stem: f64) -> Option<usize> {
 }
 
 /// The point at which a path becomes thick for good, but for its round end; `None` where it does not.
-///
-/// It is the step from thin to thick that misplaces the fewest points.
 fn thick_start(plane: &Plane, line: &[PlanePoint], stem: f64) -> Option<usize> {
     let chords: Vec<f64> = line.iter().map(|&at| shortest_chord(plane, at)).collect();
     // The median of five: single chords end at specks.
     let median = |i: usize| {
         let radius = 2.min(i).min(chords.len() - 1 - i);
-        math::statistics::quantile_nearest(&chords[i - radius..=i + radius], 0.5)
+        math::statistics::quantile_nearest(&chords[window(i, radius, chords.len())], 0.5)
     };
     let chords: Vec<f64> = (0..chords.len()).map(median).collect();
+    // A change point by least misclassification: the best split has the most thin points before it and thick ones after.
     let thick = THICK * stem_width(&chords);
     let end = line.len().saturating_sub(stem.ceil() as usize);
     let is_thick: Vec<bool> = chords[..end].iter().map(|&chord| chord > thick).collect();
@@ -307,25 +306,25 @@ fn thick_start(plane: &Plane, line: &[PlanePoint], stem: f64) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pixel;
+    use crate::geometry::path::share_nearest;
+    use crate::math::vector::between;
 
     /// A plane whose value falls from 1 to 0 over one sample at `radius` from the nearest of `branches`.
     fn plane(branches: &[(PlanePoint, PlanePoint, f64)]) -> Plane {
         let (width, height) = (80, 90);
         let distance_to_axis = |at: PlanePoint, from: PlanePoint, to: PlanePoint| {
-            let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-            let share = ((at.0 - from.0) * dx + (at.1 - from.1) * dy) / (dx * dx + dy * dy);
-            let share = share.clamp(0.0, 1.0);
-            math::hypot(at.0 - from.0 - share * dx, at.1 - from.1 - share * dy)
+            distance(at, between(from, to, share_nearest(from, to, at)))
         };
         let values = (0..width * height)
             .map(|i| {
-                let at = ((i % width) as f64, (i / width) as f64);
+                let at = [(i % width) as f64, (i / width) as f64];
                 let near =
                     branches.iter().map(|&(from, to, radius)| radius + 0.5 - distance_to_axis(at, from, to));
                 near.fold(0.0, f64::max).min(1.0) as f32
             })
             .collect();
-        Plane { width, height, values, origin: (0.0, 0.0), step: 1 }
+        Plane { width, height, values, origin: Pixel::default(), step: 1 }
     }
 
     const ALL: BoundingBox = BoundingBox { left: 0, right: 79, top: 0, bottom: 89 };
@@ -340,57 +339,57 @@ mod tests {
 
     #[test]
     fn a_leaning_stem_is_followed_to_its_top() {
-        let (base, top) = ((30.0, 89.0), (50.0, 12.0));
-        let line = trace(&plane(&[(base, top, 2.3)]), base, (50.0, 10.0));
+        let (base, top) = ([30.0, 89.0], [50.0, 12.0]);
+        let line = trace(&plane(&[(base, top, 2.3)]), base, [50.0, 10.0]);
         for at in &line[4..line.len() - 4] {
-            let x = 30.0 + (89.0 - at.1) * 20.0 / 77.0;
-            assert!((at.0 - x).abs() < 0.15, "{at:?}, wanted x = {x}");
+            let x = 30.0 + (89.0 - at[1]) * 20.0 / 77.0;
+            assert!((at[0] - x).abs() < 0.15, "{at:?}, wanted x = {x}");
         }
         let last = line[line.len() - 1];
-        assert!(math::hypot(last.0 - top.0, last.1 - top.1) < 3.0, "{last:?}");
+        assert!(distance(last, top) < 3.0, "{last:?}");
     }
 
     #[test]
     fn the_stem_ends_at_the_fork_of_two_leaves() {
-        let fork = (40.0, 40.0);
-        let leaves = [(fork, (62.0, 20.0), 2.0), (fork, (15.0, 30.0), 2.0)];
-        let stem = [((40.0, 89.0), fork, 2.0)];
-        let line = trace(&plane(&[&stem[..], &leaves].concat()), (40.0, 89.0), (62.0, 18.0));
+        let fork = [40.0, 40.0];
+        let leaves = [(fork, [62.0, 20.0], 2.0), (fork, [15.0, 30.0], 2.0)];
+        let stem = [([40.0, 89.0], fork, 2.0)];
+        let line = trace(&plane(&[&stem[..], &leaves].concat()), [40.0, 89.0], [62.0, 18.0]);
         let last = line[line.len() - 1];
-        assert!(math::hypot(last.0 - fork.0, last.1 - fork.1) < 3.0, "{last:?}");
+        assert!(distance(last, fork) < 3.0, "{last:?}");
     }
 
     #[test]
     fn the_stem_ends_between_wide_leaves_at_right_angles_to_it() {
-        let fork = (40.0, 40.0);
-        let leaves = [(fork, (68.0, 38.0), 6.0), (fork, (12.0, 41.0), 6.0)];
-        let stem = [((41.0, 89.0), fork, 2.0)];
-        let line = trace(&plane(&[&stem[..], &leaves].concat()), (41.0, 89.0), (68.0, 32.0));
+        let fork = [40.0, 40.0];
+        let leaves = [(fork, [68.0, 38.0], 6.0), (fork, [12.0, 41.0], 6.0)];
+        let stem = [([41.0, 89.0], fork, 2.0)];
+        let line = trace(&plane(&[&stem[..], &leaves].concat()), [41.0, 89.0], [68.0, 32.0]);
         let last = line[line.len() - 1];
-        assert!(math::hypot(last.0 - fork.0, last.1 - fork.1) < 1.5, "{last:?}");
+        assert!(distance(last, fork) < 1.5, "{last:?}");
     }
 
     #[test]
     fn the_stem_ends_where_a_leaf_begins() {
         let line = trace(
-            &plane(&[((40.0, 89.0), (40.0, 45.0), 2.0), ((40.0, 34.0), (40.0, 18.0), 9.0)]),
-            (40.0, 89.0),
-            (40.0, 8.0),
+            &plane(&[([40.0, 89.0], [40.0, 45.0], 2.0), ([40.0, 34.0], [40.0, 18.0], 9.0)]),
+            [40.0, 89.0],
+            [40.0, 8.0],
         );
-        assert!((line[line.len() - 1].1 - 43.0).abs() < 3.0, "{:?}", line.last());
+        assert!((line[line.len() - 1][1] - 43.0).abs() < 3.0, "{:?}", line.last());
     }
 
     #[test]
     fn the_stem_ends_where_a_bend_becomes_thick_beside_a_hanging_leaf() {
         // A hook that opens: a thick bend leads on from the stem, and a leaf hangs two samples beside it.
-        let (bend, hook) = ((30.0, 40.0), (46.0, 28.0));
-        let shoot = [((50.0, 89.0), bend, 2.0), (bend, hook, 3.6), ((45.0, 44.0), (53.0, 66.0), 3.5)];
+        let (bend, hook) = ([30.0, 40.0], [46.0, 28.0]);
+        let shoot = [([50.0, 89.0], bend, 2.0), (bend, hook, 3.6), ([45.0, 44.0], [53.0, 66.0], 3.5)];
         let plane = plane(&shoot);
         let is_plant = |at: usize| plane.values[at] > 0.5;
         let traced =
-            trace_stem(both(&plane), ALL, is_plant, |_| false, (50.0, 89.0), (46.0, 24.0), 3).unwrap();
+            trace_stem(both(&plane), ALL, is_plant, |_| false, [50.0, 89.0], [46.0, 24.0], 3).unwrap();
         let last = traced.line[traced.line.len() - 1];
-        assert!(math::hypot(last.0 - bend.0, last.1 - bend.1) < 4.0, "{last:?}");
+        assert!(distance(last, bend) < 4.0, "{last:?}");
         // From there the plant is seen to go on to its top.
         let top = traced.beyond[traced.beyond.len() - 1];
         assert!(distance(last, traced.beyond[0]) < 3.0 && distance(top, hook) < 4.0, "{:?}", traced.beyond);
@@ -398,9 +397,9 @@ mod tests {
 
     #[test]
     fn gaps_are_bridged_and_an_empty_component_has_no_midline() {
-        let broken = plane(&[((40.0, 89.0), (40.0, 52.0), 2.0), ((40.0, 45.0), (40.0, 10.0), 2.0)]);
-        assert!(trace(&broken, (40.0, 89.0), (40.0, 8.0)).len() > 70);
-        assert_eq!(trace_stem(both(&broken), ALL, |_| false, |_| false, (0.0, 0.0), (0.0, 0.0), 3), None);
-        assert_eq!(trace_stem(both(&broken), ALL, |at| at == 7, |_| false, (0.0, 0.0), (0.0, 0.0), 3), None);
+        let broken = plane(&[([40.0, 89.0], [40.0, 52.0], 2.0), ([40.0, 45.0], [40.0, 10.0], 2.0)]);
+        assert!(trace(&broken, [40.0, 89.0], [40.0, 8.0]).len() > 70);
+        assert_eq!(trace_stem(both(&broken), ALL, |_| false, |_| false, [0.0, 0.0], [0.0, 0.0], 3), None);
+        assert_eq!(trace_stem(both(&broken), ALL, |at| at == 7, |_| false, [0.0, 0.0], [0.0, 0.0], 3), None);
     }
 }

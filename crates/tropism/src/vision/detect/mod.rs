@@ -1,7 +1,7 @@
 //! Detection of a plant in one picture.
 //!
 //! In: a picture, a crop, and where the stem leaves the soil. Out: a [`Detection`], or `None`. The one
-//! idea: detection is a pure function of one picture; what is known of other pictures belongs to tracking.
+//! idea: detection is a pure function of one picture; other pictures belong to tracking.
 //!
 //! Mode `robust` finds the plant by its [colour] and [connectivity](connected_components), its tip by the [highest
 //! edge](tip) and its stem by [shortest paths](midline). Where the crop does not exclude a bright pot, the
@@ -33,7 +33,7 @@ mod ridge;
 use crate::geometry::{Pixel, Region};
 use crate::math::statistics::upper_median;
 use crate::vision::config::{Direction, Mode, VisionConfig};
-use crate::vision::raster::source::{PixelSource, full_region};
+use crate::vision::raster::source::{PixelSource, coarse_luma};
 use detection::Detection;
 use pole::PoleView;
 use view::View;
@@ -63,25 +63,26 @@ pub fn detect_from_base(
     base: Option<Pixel>,
     config: &VisionConfig,
 ) -> Option<Detection> {
-    detect_posed(image, base, config, false)
+    detect_posed(image, base, config, None, false)
 }
 
-/// Detects a plant whose stem leaves the soil at `base` in a photograph that is compared with no other: the stem is
-/// looked for by its form first.
-pub(super) fn detect_alone(image: &dyn PixelSource, base: Pixel, config: &VisionConfig) -> Option<Detection> {
-    detect_posed(image, Some(base), config, true)
-}
-
-/// Detects a plant in any pose and tone.
-fn detect_posed(
+/// Detects a plant in any pose and tone; among `poles` one that grows upwards before a dark background, in mode `robust`.
+///
+/// In a photograph that `is_alone`, unrelated to any other, the stem is found by its form first.
+pub(super) fn detect_posed(
     image: &dyn PixelSource,
     base: Option<Pixel>,
     config: &VisionConfig,
+    poles: Option<&PoleView>,
     is_alone: bool,
 ) -> Option<Detection> {
     let (width, height) = image.size();
     config.check(width, height).ok()?;
     let crop = config.region(width, height);
+    if poles.is_some() {
+        return robust::detect(image, crop, base, config, poles);
+    }
+    // Detection knows one pose and one tone: pictures are turned and inverted instead.
     let is_light = config.mode == Mode::Robust && has_light_background(image);
     if config.up == Direction::Up && !is_light {
         return detect_upright(image, crop, base, config, is_alone);
@@ -95,28 +96,12 @@ fn detect_posed(
     is_light.then(|| detect_as(true)).flatten().or_else(|| detect_as(false))
 }
 
-/// Detects a plant whose stem leaves the soil at `base`, among `poles`, in mode `robust`: it grows upwards before a dark
-/// background.
-pub(super) fn detect_among_poles(
-    image: &dyn PixelSource,
-    base: Pixel,
-    config: &VisionConfig,
-    poles: &PoleView,
-) -> Option<Detection> {
-    let (width, height) = image.size();
-    config.check(width, height).ok()?;
-    robust::detect(image, config.region(width, height), Some(base), config, Some(poles))
-}
-
-/// Median luma from which on a background is light, and a plant may be darker: half of the range.
+/// Median luma above which a background is light, and a plant may be darker. Chosen: half of the range.
 const LIGHT: f32 = 128.0;
 
-/// Whether most of a picture is light. Read from means of 8 x 8 pixels, which a JPEG gives without decoding its pixels.
+/// Whether most of a picture is light.
 fn has_light_background(image: &dyn PixelSource) -> bool {
-    let (width, height) = image.size();
-    let factor = if width.min(height) < 8 { 1 } else { 8 };
-    let luma = image.downscale_luma(full_region((width, height)), factor);
-    upper_median(&luma, f32::total_cmp).is_some_and(|median| median > LIGHT)
+    upper_median(&coarse_luma(image), f32::total_cmp).is_some_and(|median| median > LIGHT)
 }
 
 /// Detects a plant that grows upwards and is lighter than its background.

@@ -6,6 +6,7 @@
 //! `benches/src/bin/accuracy`, seeds below 100 000).
 
 use crate::geometry::Pixel;
+use crate::math::statistics::upper_median;
 use crate::vision::raster::levels::Levels;
 use crate::vision::raster::plane::Plane;
 
@@ -20,7 +21,7 @@ const GLARE_LEVEL: f64 = 0.25;
 
 /// Whether it is bright above the tip, where no plant is: glare.
 pub(super) fn has_glare_above(luma: &Plane, levels: &Levels, tip: Pixel) -> bool {
-    let (x, y) = luma.to_sample(tip);
+    let [x, y] = luma.to_sample(tip);
     let threshold = levels.threshold(GLARE_LEVEL);
     let (mut bright, mut all) = (0, 0);
     for row in y as i64 - GLARE_WINDOW..y as i64 - 1 {
@@ -42,20 +43,20 @@ const SHADOW_WINDOW: i64 = 8;
 /// Quantile of the crop that is the level of its darkest folds.
 const FOLD_QUANTILE: f64 = 0.05;
 
-/// A shadow is darker than this share of the folds' level, and by at least so many grey values.
+/// Greatest brightness of a shadow, as a share of the folds' level, and its least depth below that, in grey values.
 const SHADOW_SHARE: f32 = 0.6;
 const SHADOW_DEPTH: f32 = 4.0;
 
-/// Whether it is darker around the tip than anywhere else in the crop.
+/// Whether the surroundings of the tip are the darkest part of the crop.
 ///
-/// What is out of focus on the lens, such as a fly, takes the light of background and plant alike, so the plant seems
-/// to end where it begins.
+/// An object on the lens, such as a fly, is out of focus and darkens background and plant alike, so the plant seems to
+/// end at its edge.
 pub(super) fn is_in_shadow(luma: &Plane, tip: Pixel) -> bool {
     // A sparse sample of the crop is enough for the quantile.
     const STRIDE: usize = 17;
     let mut sparse: Vec<f32> = luma.values.iter().copied().step_by(STRIDE).collect();
     let rank = (FOLD_QUANTILE * sparse.len() as f64) as usize;
-    let (x, y) = luma.to_sample(tip);
+    let [x, y] = luma.to_sample(tip);
     let mean = |x: i64, y: i64| {
         let column = x as usize - 1;
         let rows = y as usize - 1..=y as usize + 1;
@@ -76,12 +77,12 @@ pub(super) fn is_in_shadow(luma: &Plane, tip: Pixel) -> bool {
 /// Greatest height of a stem above the tip, in samples.
 const MAX_STEM_EXCESS: usize = 4;
 
-/// Whether the stem goes on above the tip: mist took the contrast of what lies between.
+/// Whether the stem continues above the tip: mist hides the tissue between.
 pub(super) fn stem_exceeds_tip(stem: Option<&[Pixel]>, tip: Pixel, step: usize) -> bool {
     stem.is_some_and(|stem| stem.iter().any(|at| tip.y - at.y > (MAX_STEM_EXCESS * step) as f64))
 }
 
-/// Length of a stem's end that must be as bright as the rest, and of its very end, which need not be, in samples.
+/// Length of a stem's end whose brightness is compared with the rest, and of its very end, which is exempt, in samples.
 const FADE_LENGTH: usize = 8;
 const FADE_EXEMPT: usize = 2;
 
@@ -95,15 +96,10 @@ pub(super) fn fades_towards_tip(score: &Plane, stem: Option<&[Pixel]>, tip: Pixe
     if last.distance(tip) > (FADE_LENGTH * score.step) as f64 {
         return false;
     }
-    let sorted_values = |stem: &[Pixel]| -> Vec<f32> {
-        let mut values: Vec<f32> = stem.iter().filter_map(|&at| score.nearest(at)).collect();
-        values.sort_by(f32::total_cmp);
-        values
+    let median = |stem: &[Pixel]| {
+        let values: Vec<f32> = stem.iter().filter_map(|&at| score.nearest(at)).collect();
+        upper_median(&values, f32::total_cmp)
     };
-    let end = &stem[stem.len() - FADE_LENGTH..stem.len() - FADE_EXEMPT];
-    let (all, end) = (sorted_values(stem), sorted_values(end));
-    match (all.get(all.len() / 2), end.get(end.len() / 2)) {
-        (Some(all), Some(end)) => f64::from(*end) < FADE_SHARE * f64::from(*all),
-        _ => false,
-    }
+    let end = median(&stem[stem.len() - FADE_LENGTH..stem.len() - FADE_EXEMPT]);
+    median(stem).zip(end).is_some_and(|(all, end)| f64::from(end) < FADE_SHARE * f64::from(all))
 }

@@ -2,7 +2,7 @@
 //!
 //! In: a picture and a crop. Out: the paper's tip and stem. The history rule, eq. (11), is applied by a tracker.
 
-use crate::geometry::{Pixel, Region};
+use crate::geometry::Region;
 use crate::vision::config::VisionConfig;
 use crate::vision::detect::detection::Detection;
 use crate::vision::detect::{stem, tip};
@@ -29,7 +29,7 @@ pub(super) fn detect(image: &dyn PixelSource, crop: Region, config: &VisionConfi
     let row_medians = || {
         let PaddedCrop { pixels, crop, origin } = padded.unwrap_or_else(|| PaddedCrop::of(image, crop, 0.0));
         let stem = stem::row_medians(&pixels, crop, &config.gates).into_iter();
-        stem.map(|at| Pixel::new(at.x + origin.x, at.y + origin.y)).collect::<Vec<_>>()
+        stem.map(|at| at + origin).collect::<Vec<_>>()
     };
     let stem = config.stem.then(row_medians).filter(|stem| stem.len() > 1);
     Some(Detection { tip, stem, contrast, ..Detection::default() })

@@ -8,9 +8,8 @@
 //! The chain: [`Levels`] and a seed component, Fisher's [`LinearDiscriminant`], double threshold and [connected
 //! components](ConnectedComponents), [highest edge](tip::highest_edge), [midline], tests for occlusion.
 
-use crate::geometry::{Pixel, Region};
-use crate::math;
-use crate::math::statistics::upper_median;
+use crate::geometry::{Pixel, Region, path};
+use crate::math::vector::distance;
 use crate::photo::Image;
 use crate::vision::config::VisionConfig;
 use crate::vision::detect::colour::{ColourStatistics, LinearDiscriminant};
@@ -59,9 +58,9 @@ pub(super) fn detect(
     let step = config.step(image.size().0);
     let (crop, step) = aligned_region(crop, step).map_or((crop, 1), |crop| (crop, step));
     let small = image.downscale(crop, step);
-    let whole = Region { x: 0, y: 0, width: small.width, height: small.height };
+    let whole = small.region();
     let middle = (step - 1) as f64 / 2.0;
-    let origin = (crop.x as f64 + middle, crop.y as f64 + middle);
+    let origin = Pixel::new(crop.x as f64 + middle, crop.y as f64 + middle);
     let plane = |image: &Image, channels| Plane {
         origin,
         step,
@@ -70,12 +69,13 @@ pub(super) fn detect(
 
     let mut luma = plane(&small, LUMA);
     let poles = poles.map(|poles| PoleMask::new(poles, &luma));
-    // What is bright decides where the plant's colour is learned: not on a pole.
+    // The plant's colour is learned where it is bright: not on a pole.
     if let Some(poles) = &poles {
-        luma = plane(&poles.without_poles(&small, median_colour(&small)), LUMA);
+        luma = plane(&poles.without_poles(&small, small.median_colour()), LUMA);
     }
     let levels = Levels::from_plane(&luma, config.bright_samples);
     let base = StemBase::new(&luma, base);
+    // Brightness finds a seed at the base; its colour then separates the whole plant.
     let segment = |levels: &Levels| {
         let (colour, has_hue) = learn_colour(&small, &luma, levels, &base, config, poles.as_ref())?;
         let score = plane(&small, colour.weights.map(|weight| weight as f32));
@@ -87,8 +87,8 @@ pub(super) fn detect(
         let is_at_base = components.component(label).distance <= base.max_distance;
         is_at_base.then_some((colour, score, components, label))
     };
-    // Behind mist the lit cloth may outshine the plant; then the levels around the base decide what is bright. The
-    // same happens without a flash, where only the side towards the lamp may be found: the tip counts as occluded.
+    // Behind mist the lit cloth may outshine the plant; then the levels are those around the base. The same happens
+    // without a flash, where only the side towards the lamp may be found: the tip counts as occluded.
     let at_first = segment(&levels);
     let is_outshone = at_first.is_none();
     let (colour, score, mut components, label) =
@@ -125,7 +125,7 @@ pub(super) fn detect(
         poles.view.hides_end(path.as_deref(), tip, is_seen)
     });
     let is_occluded = !is_silhouette && may_be_occluded();
-    // A silhouette is all stem, and may hang.
+    // A silhouette is all stem and may hang, which would look like a second foot.
     let may_have_others = base.pixel.is_some() && !is_silhouette;
     let has_second_foot = may_have_others && has_second_foot(&score, bounds, is_plant, base.anchor, REACH);
     let (stem, stem_width) = stem.map(|stem| (stem.line, stem.width)).unzip();
@@ -169,7 +169,7 @@ struct Stem {
     line: Vec<Pixel>,
     /// Its width, in pixels.
     width: f64,
-    /// Where the plant is seen to go on from the stem's end.
+    /// The visible plant beyond the stem's end.
     beyond: Vec<Pixel>,
 }
 
@@ -188,7 +188,7 @@ fn trace_stem(
     let midline::TracedStem { line, width, beyond } =
         midline::trace_stem(planes, bounds, is_plant, may_hide, base.anchor, top, REACH)?;
     let pixels =
-        |line: Vec<PlanePoint>| line.into_iter().map(|(x, y)| plane.to_pixel(x, y)).collect::<Vec<Pixel>>();
+        |line: Vec<PlanePoint>| line.into_iter().map(|at| plane.to_pixel(at)).collect::<Vec<Pixel>>();
     let mut line = pixels(line);
     line.splice(0..0, base.pixel.filter(|base| base.y > line[0].y + plane.step as f64));
     Some(Stem { line, width: width * plane.step as f64, beyond: pixels(beyond) })
@@ -201,11 +201,11 @@ fn trace_silhouette(
     base: Pixel,
     tissue: &OccupancyGrid,
 ) -> Option<Stem> {
-    let (x, y) = (crop.x as f64, crop.y as f64);
-    let mut line = silhouette_midline(&image.crop(crop), Pixel::new(base.x - x, base.y - y))?;
-    line.iter_mut().for_each(|at| *at = Pixel::new(at.x + x, at.y + y));
-    let length: f64 = line.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-    Some(Stem { line, width: tissue.area() / length.max(1.0), beyond: Vec::new() })
+    let corner = Pixel::new(crop.x as f64, crop.y as f64);
+    let mut line = silhouette_midline(&image.crop(crop), base - corner)?;
+    line.iter_mut().for_each(|at| *at = *at + corner);
+    let width = tissue.area() / path::length(&line).max(1.0);
+    Some(Stem { line, width, beyond: Vec::new() })
 }
 
 /// The cells that a component occupies.
@@ -213,7 +213,7 @@ fn occupancy(plane: &Plane, bounds: BoundingBox, is_plant: impl Fn(usize) -> boo
     let BoundingBox { left, right, top, bottom } = bounds;
     let columns = |y: usize| (left..=right).map(move |x| (x, y));
     let samples = (top..=bottom).flat_map(columns).filter(|&(x, y)| is_plant(y * plane.width + x));
-    let pixels = samples.map(|(x, y)| plane.to_pixel(x as f64, y as f64));
+    let pixels = samples.map(|(x, y)| plane.to_pixel([x as f64, y as f64]));
     OccupancyGrid::from_pixels(pixels, (CELL_SAMPLES * plane.step) as f64)
 }
 
@@ -241,12 +241,12 @@ impl StemBase {
     fn new(plane: &Plane, base: Option<Pixel>) -> Self {
         let (right, bottom) = (plane.width as f64 - 1.0, plane.height as f64 - 1.0);
         let Some(base) = base else {
-            return Self { pixel: None, anchor: (right / 2.0, bottom), max_distance: f64::INFINITY };
+            return Self { pixel: None, anchor: [right / 2.0, bottom], max_distance: f64::INFINITY };
         };
-        let (x, y) = plane.to_sample(base);
-        let anchor = (x.clamp(0.0, right), y.clamp(0.0, bottom));
+        let [x, y] = plane.to_sample(base);
+        let anchor = [x.clamp(0.0, right), y.clamp(0.0, bottom)];
         // Above a base outside the crop the stem may lean by as much as it has risen.
-        let clipped = (x - anchor.0).abs().max((y - anchor.1).abs());
+        let clipped = (x - anchor[0]).abs().max((y - anchor[1]).abs());
         let max_distance = clipped + (BASE_RADIUS * plane.height as f64).max(REACH as f64);
         Self { pixel: Some(base), anchor, max_distance }
     }
@@ -257,7 +257,7 @@ impl StemBase {
         let radius = self.max_distance + LEARNING_RADIUS * plane.height as f64;
         let window =
             |at: f64, size: usize| (at - radius).max(0.0) as usize..((at + radius) as usize + 1).min(size);
-        let (columns, rows) = (window(self.anchor.0, plane.width), window(self.anchor.1, plane.height));
+        let (columns, rows) = (window(self.anchor[0], plane.width), window(self.anchor[1], plane.height));
         let values: Vec<f32> = rows.flat_map(|y| &plane.row(y)[columns.clone()]).copied().collect();
         Some(Levels::from_values(&values, count))
     }
@@ -287,21 +287,19 @@ fn learn_colour(
     let seed = base.choose(&components, config.bright_samples)?;
     let BoundingBox { left, right, top, bottom } = components.component(seed).bounds;
     let within = |radius: f64| {
-        let (mut plant, mut count) = (ColourStatistics::default(), 0);
+        let mut plant = ColourStatistics::default();
         for y in top..=bottom {
             for x in (left..=right).filter(|&x| components.labels[y * luma.width + x] == seed) {
-                if math::hypot(x as f64 - base.anchor.0, y as f64 - base.anchor.1) <= radius {
+                if distance([x as f64, y as f64], base.anchor) <= radius {
                     plant.add(small.at(x, y));
-                    count += 1;
                 }
             }
         }
-        (plant, count)
+        plant
     };
-    let (mut plant, count) =
-        within(components.component(seed).distance + LEARNING_RADIUS * luma.height as f64);
-    if count < config.bright_samples {
-        plant = within(f64::INFINITY).0;
+    let mut plant = within(components.component(seed).distance + LEARNING_RADIUS * luma.height as f64);
+    if plant.count() < config.bright_samples {
+        plant = within(f64::INFINITY);
     }
     let dark = levels.threshold(config.threshold / 2.0);
     let mut background = ColourStatistics::default();
@@ -320,14 +318,6 @@ fn learn_colour(
     };
     let colour = colour.filter(|colour| colour.separation > config.contrast)?;
     Some((colour, has_hue))
-}
-
-/// The median of each band of an image.
-fn median_colour(image: &Image) -> [u8; 3] {
-    core::array::from_fn(|band| {
-        let values: Vec<u8> = image.rgb.iter().skip(band).step_by(3).copied().collect();
-        upper_median(&values, u8::cmp).unwrap_or(0)
-    })
 }
 
 /// Adds the discriminant's offset, so that the score is 0 on background and 1 on plant, and classifies it by two

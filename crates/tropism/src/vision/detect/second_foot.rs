@@ -1,8 +1,8 @@
-//! A second foot of what should be one plant: another plant touches it.
+//! A second foot of a component: another plant touches it.
 //!
-//! In: one component, and where the plant's stem leaves the soil. Out: whether a stem comes down to the soil elsewhere. The
-//! one idea: a plant has one foot. Where a path from it climbs and comes down again, along a stem and farther than
-//! anything hangs, or where what rises elsewhere is joined to it along the soil, two plants are seen as one.
+//! In: one component, and where the plant's stem leaves the soil. Out: whether a stem reaches the soil elsewhere. The one
+//! idea: a plant has one foot. A component is two plants where a path from the foot climbs and descends again along a stem,
+//! farther than a leaf hangs, or where a tall part is joined to the foot along the soil only.
 //!
 //! The constants were chosen by hand on photographs of the bean's first half into which a second bean was drawn
 //! (`docs/vision.md`).
@@ -22,11 +22,11 @@ const MIN_DESCENT: f64 = 0.6;
 /// Widths of a second stem, in widths of the first: the rim of a pot is narrower, a leaf wider.
 const WIDTHS: std::ops::RangeInclusive<f64> = 0.6..=1.4;
 
-/// Samples at most so high above the foot, and at least so far beside it, are soil, in widths of the stem.
+/// Greatest height above the foot and least distance beside it of samples that are soil, in widths of the stem.
 const SOIL: f64 = 2.0;
 const BESIDE: f64 = 5.0;
 
-/// Least height of what is joined to a plant by the soil, as a share of the component's: folds of the pot's cloth are lower.
+/// Least height of a part that is joined by the soil, as a share of the component's: folds of the pot's cloth are lower.
 const MIN_HEIGHT: f64 = 0.5;
 
 /// Whether a component has a foot besides the one at `base`. Samples within `bounds` that `is_plant` belong to it; gaps of up
@@ -45,14 +45,16 @@ pub(super) fn has_second_foot(
     let (Some(foot), Some(top)) = (grid.nearest_sample(base), grid.plant_samples().next()) else {
         return false;
     };
+    // First test: a shortest path from the foot climbs and comes down again along another stem.
     let up = grid.shortest_paths(foot);
     let Some(to_top) = up.path_to(top) else { return false };
     let width = stem_width(&grid, &to_top[..to_top.len().div_ceil(2)]);
     if comes_down(&grid, foot, &up, width) {
         return true;
     }
-    let foot_row = grid.point(foot).1;
-    grid.close(|(x, y)| (x - base.0).abs() >= BESIDE * width && foot_row - y <= SOIL * width);
+    // Second test: without the soil beside the foot, a tall part of the component is no longer reached.
+    let foot_row = grid.point(foot)[1];
+    grid.close(|[x, y]| (x - base[0]).abs() >= BESIDE * width && foot_row - y <= SOIL * width);
     let up_above_soil = grid.shortest_paths(foot);
     let is_joined_by_soil = |at: usize| {
         up.leads_to(at)
@@ -62,7 +64,7 @@ pub(super) fn has_second_foot(
     grid.plant_samples().any(is_joined_by_soil) || comes_down(&grid, foot, &up_above_soil, width)
 }
 
-/// Whether some row as low as a foot has two parts: where each has one, there is one foot, which is known without paths.
+/// Whether some row as low as a foot has two parts. Otherwise there is one foot, and the search of paths is saved.
 fn is_parted_below(
     plane: &Plane,
     bounds: BoundingBox,
@@ -70,8 +72,8 @@ fn is_parted_below(
     base: PlanePoint,
     reach: usize,
 ) -> bool {
-    let height = base.1 - bounds.top as f64;
-    let lowest = (base.1 - (1.0 - MIN_DESCENT) * height).max(0.0) as usize;
+    let height = base[1] - bounds.top as f64;
+    let lowest = (base[1] - (1.0 - MIN_DESCENT) * height).max(0.0) as usize;
     (lowest..=bounds.bottom).any(|y| {
         let plant = (bounds.left..=bounds.right).filter(|x| is_plant(y * plane.width + x));
         plant.collect::<Vec<_>>().windows(2).any(|pair| pair[1] - pair[0] > reach)
@@ -104,44 +106,44 @@ fn stem_width(grid: &GeodesicGrid, path: &[usize]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vision::detect::curve::distance;
+    use crate::geometry::Pixel;
+    use crate::geometry::path::share_nearest;
+    use crate::math::vector::{between, distance};
 
     /// Whether branches, each from one point to another with a half width, have a second foot besides that at (20, 79).
     fn second_foot(branches: &[(PlanePoint, PlanePoint, f64)]) -> bool {
         let is_in = |at: PlanePoint, &(from, to, half): &(PlanePoint, PlanePoint, f64)| {
-            let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-            let share = ((at.0 - from.0) * dx + (at.1 - from.1) * dy) / (dx * dx + dy * dy);
-            let share = share.clamp(0.0, 1.0);
-            distance(at, (from.0 + share * dx, from.1 + share * dy)) <= half
+            distance(at, between(from, to, share_nearest(from, to, at))) <= half
         };
         let values = (0..80 * 80).map(|at| {
-            let at = ((at % 80) as f64, (at / 80) as f64);
+            let at = [(at % 80) as f64, (at / 80) as f64];
             if branches.iter().any(|branch| is_in(at, branch)) { 1.0 } else { 0.0 }
         });
-        let plane = Plane { width: 80, height: 80, values: values.collect(), origin: (0.0, 0.0), step: 1 };
+        let plane =
+            Plane { width: 80, height: 80, values: values.collect(), origin: Pixel::default(), step: 1 };
         let all = BoundingBox { left: 0, right: 79, top: 10, bottom: 79 };
-        has_second_foot(&plane, all, |at| plane.values[at] > 0.5, (20.0, 79.0), 3)
+        has_second_foot(&plane, all, |at| plane.values[at] > 0.5, [20.0, 79.0], 3)
     }
 
-    const STEM: (PlanePoint, PlanePoint, f64) = ((20.0, 79.0), (24.0, 20.0), 2.0);
+    const STEM: (PlanePoint, PlanePoint, f64) = ([20.0, 79.0], [24.0, 20.0], 2.0);
 
     #[test]
     fn a_stem_that_crosses_touches_or_stands_on_the_same_soil_is_anothers() {
-        let other = ((60.0, 79.0), (56.0, 15.0), 2.0);
-        assert!(second_foot(&[STEM, ((40.0, 79.0), (8.0, 20.0), 2.0)]), "it crosses");
-        assert!(second_foot(&[STEM, other, ((24.0, 30.0), (58.0, 40.0), 3.5)]), "a leaf touches it");
-        assert!(second_foot(&[STEM, other, ((20.0, 79.0), (60.0, 79.0), 1.0)]), "on the same soil");
+        let other = ([60.0, 79.0], [56.0, 15.0], 2.0);
+        assert!(second_foot(&[STEM, ([40.0, 79.0], [8.0, 20.0], 2.0)]), "it crosses");
+        assert!(second_foot(&[STEM, other, ([24.0, 30.0], [58.0, 40.0], 3.5)]), "a leaf touches it");
+        assert!(second_foot(&[STEM, other, ([20.0, 79.0], [60.0, 79.0], 1.0)]), "on the same soil");
         assert!(!second_foot(&[STEM, other]), "it stands apart");
-        assert!(!second_foot(&[STEM, ((60.0, 79.0), (56.0, 40.0), 2.0)]), "it stands apart and is lower");
+        assert!(!second_foot(&[STEM, ([60.0, 79.0], [56.0, 40.0], 2.0)]), "it stands apart and is lower");
     }
 
     #[test]
     fn what_hangs_and_what_is_low_is_the_plants_own() {
         assert!(!second_foot(&[STEM]));
         assert!(
-            !second_foot(&[STEM, ((24.0, 20.0), (40.0, 22.0), 2.0), ((40.0, 22.0), (46.0, 52.0), 4.0)]),
+            !second_foot(&[STEM, ([24.0, 20.0], [40.0, 22.0], 2.0), ([40.0, 22.0], [46.0, 52.0], 4.0)]),
             "a leaf"
         );
-        assert!(!second_foot(&[STEM, ((0.0, 76.0), (79.0, 76.0), 1.0)]), "the rim of the pot");
+        assert!(!second_foot(&[STEM, ([0.0, 76.0], [79.0, 76.0], 1.0)]), "the rim of the pot");
     }
 }

@@ -13,7 +13,7 @@ use crate::vision::raster::plane::Plane;
 pub fn highest_sample(plane: &Plane, threshold: f32) -> Option<Pixel> {
     (0..plane.height).find_map(|y| {
         let (left, right) = longest_run(plane.row(y).iter().map(|&value| value > threshold))?;
-        Some(plane.to_pixel((left + right) as f64 / 2.0, y as f64))
+        Some(plane.to_pixel([(left + right) as f64 / 2.0, y as f64]))
     })
 }
 
@@ -80,6 +80,7 @@ pub fn highest_edge(
     // A plant that is brighter than its mean has its edge at half of its height.
     let below = (y..(y + EDGE_ROWS).min(plane.height)).flat_map(|y| &plane.row(y)[left..=right]);
     let threshold = threshold.max(0.5 * below.copied().fold(0.0, f32::max));
+    // Least squares over all columns of the run averages out the noise of single edges.
     let edges: Vec<(f64, f64)> = (left.saturating_sub(1)..=(right + 1).min(plane.width - 1))
         .filter_map(|x| Some((x as f64, upper_edge(plane, is_plant, x, y, threshold)?)))
         .collect();
@@ -87,11 +88,11 @@ pub fn highest_edge(
     if let Some((x, height)) = parabola_vertex(&edges) {
         let (x, height) =
             (x.clamp(left as f64 - 0.5, right as f64 + 0.5), height.clamp(top - 0.5, top + 0.5));
-        return Some(plane.to_pixel(x, height));
+        return Some(plane.to_pixel([x, height]));
     }
     let weights = (left..=right).map(|x| (x as f64, f64::from(plane.row(y)[x].max(0.0))));
     let (weight, moment) = weights.fold((0.0, 0.0), |sum, (x, weight)| (sum.0 + weight, sum.1 + weight * x));
-    Some(plane.to_pixel(moment / weight, top))
+    Some(plane.to_pixel([moment / weight, top]))
 }
 
 /// The component's upper edge in column `x`, from row `row` down, as a row with a fraction; `None` where it lies more
@@ -142,7 +143,7 @@ mod tests {
 
     fn plane(rows: &[&str]) -> Plane {
         let values = rows.iter().flat_map(|row| row.bytes().map(|b| f32::from(b - b'0') * 10.0)).collect();
-        Plane { width: rows[0].len(), height: rows.len(), values, origin: (100.0, 50.0), step: 2 }
+        Plane { width: rows[0].len(), height: rows.len(), values, origin: Pixel::new(100.0, 50.0), step: 2 }
     }
 
     #[test]
@@ -159,7 +160,8 @@ mod tests {
             let (x, y) = ((at % 13) as f64, (at / 13) as f64);
             (100.0 * (y - top(x) + 0.5)).clamp(0.0, 100.0) as f32
         });
-        let plane = Plane { width: 13, height: 12, values: values.collect(), origin: (0.0, 0.0), step: 1 };
+        let plane =
+            Plane { width: 13, height: 12, values: values.collect(), origin: Pixel::default(), step: 1 };
         let all = BoundingBox { left: 0, right: 12, top: 0, bottom: 11 };
         let found = highest_edge(&plane, all, |_| true, 50.0).unwrap();
         assert!((found.x - 6.4).abs() < 0.2 && (found.y - 3.3).abs() < 0.1, "{found:?}");
@@ -170,7 +172,7 @@ mod tests {
         // A blurred stem that is fainter above than below ends where half of its local brightness is left.
         let brightness = [vec![0.0, 0.1, 0.32, 0.5], vec![0.6; 18], vec![0.8, 1.0]].concat();
         let values: Vec<f32> = brightness.iter().flat_map(|&value| [0.0, value, value, 0.0]).collect();
-        let plane = Plane { width: 4, height: brightness.len(), values, origin: (0.0, 0.0), step: 1 };
+        let plane = Plane { width: 4, height: brightness.len(), values, origin: Pixel::default(), step: 1 };
         let all = BoundingBox { left: 0, right: 3, top: 0, bottom: brightness.len() - 1 };
         let tip = highest_edge(&plane, all, |_| true, 0.5).unwrap();
         assert!((tip.x - 1.5).abs() < 1e-6 && (tip.y - 1.9).abs() < 0.1, "{tip:?}");

@@ -30,19 +30,9 @@ impl<'a> View<'a> {
     pub(super) fn detection_to_picture(&self, found: Detection) -> Detection {
         let back = self.turn.back();
         let place = |pixel: Pixel| back.pixel(pixel);
-        let edge = |edge: Edge| match (self.turn.up, edge) {
-            (Direction::Up, edge) => edge,
-            (Direction::Left, Edge::Top) | (Direction::Down, Edge::Right) => Edge::Left,
-            (Direction::Left, Edge::Right)
-            | (Direction::Right, Edge::Left)
-            | (Direction::Down, Edge::Bottom) => Edge::Top,
-            (Direction::Left, Edge::Left)
-            | (Direction::Right, Edge::Right)
-            | (Direction::Down, Edge::Top) => Edge::Bottom,
-            (Direction::Right, Edge::Top)
-            | (Direction::Down, Edge::Left)
-            | (Direction::Left, Edge::Bottom) => Edge::Right,
-            (Direction::Right, Edge::Bottom) => Edge::Left,
+        let edge = |edge: Edge| {
+            let at = Edge::CLOCKWISE.iter().position(|one| *one == edge).unwrap_or(0);
+            Edge::CLOCKWISE[(at + self.turn.quarters()) % 4]
         };
         Detection {
             tip: place(found.tip),
@@ -61,21 +51,12 @@ impl PixelSource for View<'_> {
     }
 
     fn crop(&self, region: Region) -> Cow<'_, Image> {
-        let back = self.turn.back();
-        let part = back.region(region);
-        let pixels = self.source.crop(part);
-        let Region { width, height, .. } = region;
-        let mut rgb = Vec::with_capacity(3 * width * height);
-        for y in 0..height {
-            for x in 0..width {
-                let at = back.pixel(Pixel::new((region.x + x) as f64, (region.y + y) as f64));
-                rgb.extend(pixels.at(at.x as usize - part.x, at.y as usize - part.y));
-            }
-        }
+        let pixels = self.source.crop(self.turn.back().region(region)).into_owned();
+        let mut pixels = self.turn.orientation().upright(pixels);
         if self.is_inverted {
-            rgb.iter_mut().for_each(|value| *value = 255 - *value);
+            pixels.rgb.iter_mut().for_each(|value| *value = 255 - *value);
         }
-        Cow::Owned(Image { width, height, rgb })
+        Cow::Owned(pixels)
     }
 }
 
@@ -90,7 +71,7 @@ mod tests {
         for up in [Direction::Up, Direction::Left, Direction::Right, Direction::Down] {
             let view = View::new(&image, up, false);
             let (width, height) = view.size();
-            let whole = view.crop(Region { x: 0, y: 0, width, height });
+            let whole = view.crop(Region::whole((width, height)));
             let part = view.crop(Region { x: 1, y: 1, width: 2, height: 2 });
             for (x, y) in (0..5).flat_map(|x| (0..3).map(move |y| (x, y))) {
                 let at = Pixel::new(x as f64, y as f64);

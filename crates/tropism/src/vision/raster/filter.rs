@@ -3,7 +3,7 @@
 //! In: a picture and a crop. Out: a plane of smoothed samples, or a smaller picture. The one idea: all steps are
 //! linear, so their order is free, and the cheapest one filters only where a sample is taken.
 
-use crate::geometry::Region;
+use crate::geometry::{Pixel, Region};
 use crate::photo::Image;
 use crate::simd::{Kernel, dispatch};
 use crate::vision::raster::plane::Plane;
@@ -138,7 +138,8 @@ impl Kernel for GaussianSampling<'_> {
             }
             values.extend_from_slice(&out);
         }
-        Plane { width, height, values, origin: ((crop.x + across) as f64, sampled_row(0) as f64), step }
+        let origin = Pixel::new((crop.x + across) as f64, sampled_row(0) as f64);
+        Plane { width, height, values, origin, step }
     }
 }
 
@@ -262,7 +263,7 @@ mod tests {
     fn a_place_and_its_pixel_are_one() {
         let plane =
             sample_gaussian(&picture(40, 30), Region { x: 8, y: 5, width: 20, height: 20 }, LUMA, 0.5, 4);
-        assert_eq!(plane.origin, (10.0, 7.0));
-        assert_eq!(plane.to_sample(plane.to_pixel(2.5, 3.0)), (2.5, 3.0));
+        assert_eq!(plane.origin, Pixel::new(10.0, 7.0));
+        assert_eq!(plane.to_sample(plane.to_pixel([2.5, 3.0])), [2.5, 3.0]);
     }
 }

@@ -1,14 +1,14 @@
 //! A photograph on its way through a step: opened once, decoded where it is read.
 //!
-//! In: the bytes of a photograph. Out: a picture whose regions can be read by all who ask: whether it is dark, where the tip
-//! is, which lamp is lit. The one idea: opening a file is most of the work of reading it, so the opened picture is kept.
+//! In: the bytes of a photograph. Out: a picture whose regions can be read by several steps: brightness, detection, the lit
+//! lamp. The one idea: opening a file is most of the work of reading it, so the opened picture is kept.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use crate::geometry::Region;
 use crate::photo::{Image, LazyImage, Photo, PhotoError};
-use crate::vision::raster::source::{PixelSource, full_region};
+use crate::vision::raster::source::PixelSource;
 
 /// A photograph that is opened when it is first read, and only once. A clone is opened anew.
 ///
@@ -94,7 +94,7 @@ impl PixelSource for OpenPicture {
     }
 
     fn downscale_luma(&self, region: Region, factor: usize) -> Cow<'_, [f32]> {
-        if factor == 8 && region == full_region(self.size()) {
+        if factor == 8 && region == Region::whole(self.size()) {
             let luma = || self.picture.downscale_luma(region, factor).into_owned();
             return Cow::Borrowed(self.eighth_luma.get_or_init(luma));
         }
@@ -116,7 +116,7 @@ mod tests {
         let frame = frame(Image { width: 80, height: 64, rgb }.to_jpeg(90).unwrap());
         let (picture, opened) = (frame.photo().open().unwrap(), frame.picture().unwrap());
         let part = Region { x: 8, y: 16, width: 40, height: 32 };
-        for region in [full_region((80, 64)), part] {
+        for region in [Region::whole((80, 64)), part] {
             assert_eq!(opened.crop(region), picture.crop(region));
             for factor in [1, 2, 8] {
                 assert_eq!(opened.downscale(region, factor), picture.downscale(region, factor));

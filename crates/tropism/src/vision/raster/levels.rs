@@ -89,12 +89,13 @@ fn histogram(values: &[f32]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pixel;
 
     #[test]
     fn levels_tell_plant_from_background() {
         let mut values: Vec<f32> = (0..10_000).map(|i| 20.0 + (i % 11) as f32).collect();
         values[5_000..5_040].fill(200.0);
-        let plane = Plane { width: 100, height: 100, values, origin: (0.0, 0.0), step: 1 };
+        let plane = Plane { width: 100, height: 100, values, origin: Pixel::default(), step: 1 };
         let levels = Levels::from_plane(&plane, 20);
         assert!((levels.background - 25.0).abs() < 0.2 && (levels.bright - 200.0).abs() < 0.2, "{levels:?}");
         assert!((levels.threshold(0.5) - 112.5).abs() < 0.2);

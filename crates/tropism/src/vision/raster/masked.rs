@@ -5,7 +5,6 @@
 use std::borrow::Cow;
 
 use crate::geometry::{Pixel, Region};
-use crate::math::statistics::upper_median;
 use crate::photo::Image;
 use crate::vision::raster::source::PixelSource;
 
@@ -31,12 +30,9 @@ impl<'a> Masked<'a> {
     ) -> Self {
         let (width, height) = picture.size();
         let factor = if crop.width.min(crop.height) < COARSE { 1 } else { COARSE };
-        let coarse = if crop.fits(width, height) { picture.downscale(crop, factor).rgb } else { Vec::new() };
-        let median = |band: usize| {
-            let values: Vec<u8> = coarse.iter().skip(band).step_by(3).copied().collect();
-            upper_median(&values, u8::cmp).unwrap_or(0)
-        };
-        Self { picture, regions, is_out, background: [median(0), median(1), median(2)] }
+        let coarse = crop.fits(width, height).then(|| picture.downscale(crop, factor));
+        let background = coarse.map_or([0; 3], |coarse| coarse.median_colour());
+        Self { picture, regions, is_out, background }
     }
 }
 
@@ -67,7 +63,6 @@ impl PixelSource for Masked<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vision::raster::source::full_region;
 
     #[test]
     fn what_is_left_out_has_the_colour_of_the_background() {
@@ -76,7 +71,7 @@ mod tests {
             image.rgb[3 * (160 * y + 5)..][..3 * 30].fill(200);
         }
         let is_out = |pixel: Pixel| pixel.x < 15.0;
-        let all = full_region((160, 120));
+        let all = Region::whole((160, 120));
         let region = Region { x: 3, y: 8, width: 20, height: 14 };
         let masked = Masked::new(&image, all, vec![region], &is_out);
         let seen = masked.crop(all);

@@ -1,7 +1,8 @@
 //! A plane of samples, and interpolation between them.
 
 use crate::geometry::Pixel;
-use crate::math;
+use crate::math::interpolate::bilinear;
+use crate::math::vector::Vec2;
 
 /// Weights of red, green and blue in luma (ITU-R BT.601, as in OpenCV).
 pub const LUMA: [f32; 3] = [0.299, 0.587, 0.114];
@@ -15,31 +16,31 @@ pub struct Plane {
     pub height: usize,
     /// Values, row by row from the top left.
     pub values: Vec<f32>,
-    /// Column and row of the first sample in the photograph, in pixels.
-    pub origin: (f64, f64),
+    /// Place of the first sample in the photograph.
+    pub origin: Pixel,
     /// Sampling step, in pixels.
     pub step: usize,
 }
 
 impl Plane {
-    /// Converts column `x` and row `y` of this plane to a place in the photograph.
+    /// Converts column and row of this plane to a place in the photograph.
     #[must_use]
-    pub fn to_pixel(&self, x: f64, y: f64) -> Pixel {
+    pub fn to_pixel(&self, [x, y]: Vec2) -> Pixel {
         let step = self.step as f64;
-        Pixel::new(self.origin.0 + x * step, self.origin.1 + y * step)
+        self.origin + Pixel::new(x * step, y * step)
     }
 
     /// Converts a place in the photograph to a column and row of this plane, with fractions between samples.
     #[must_use]
-    pub fn to_sample(&self, pixel: Pixel) -> (f64, f64) {
-        let step = self.step as f64;
-        ((pixel.x - self.origin.0) / step, (pixel.y - self.origin.1) / step)
+    pub fn to_sample(&self, pixel: Pixel) -> Vec2 {
+        let Pixel { x, y } = pixel - self.origin;
+        [x, y].map(|at| at / self.step as f64)
     }
 
     /// The value of the sample nearest to a place in the photograph; `None` outside the plane.
     #[must_use]
     pub fn nearest(&self, pixel: Pixel) -> Option<f32> {
-        let (x, y) = self.to_sample(pixel);
+        let [x, y] = self.to_sample(pixel);
         let is_inside =
             x > -0.5 && y > -0.5 && x.round() < self.width as f64 && y.round() < self.height as f64;
         is_inside.then(|| self.values[y.round() as usize * self.width + x.round() as usize])
@@ -48,7 +49,7 @@ impl Plane {
     /// The value at column `x` and row `y`, by bilinear interpolation; beyond the edge the outermost samples are
     /// repeated.
     #[inline]
-    pub(in crate::vision) fn bilinear(&self, place: (f64, f64)) -> f64 {
+    pub(in crate::vision) fn bilinear(&self, place: Vec2) -> f64 {
         let neighbours = Neighbours::of(place, self.width, self.height);
         neighbours.interpolate(neighbours.indices.map(|index| f64::from(self.values[index])))
     }
@@ -71,7 +72,7 @@ pub(in crate::vision) struct Neighbours {
 impl Neighbours {
     /// The neighbours of a place in a grid of `width` x `height` samples; a place outside is moved to the edge.
     #[inline]
-    pub(in crate::vision) fn of((x, y): (f64, f64), width: usize, height: usize) -> Self {
+    pub(in crate::vision) fn of([x, y]: Vec2, width: usize, height: usize) -> Self {
         let (x, y) = (x.clamp(0.0, width as f64 - 1.0), y.clamp(0.0, height as f64 - 1.0));
         let (left, top) = (x as usize, y as usize);
         let (right, bottom) = ((left + 1).min(width - 1), (top + 1).min(height - 1));
@@ -83,6 +84,6 @@ impl Neighbours {
     /// Bilinear interpolation of the neighbours' values.
     #[inline]
     pub(in crate::vision) fn interpolate(&self, values: [f64; 4]) -> f64 {
-        math::interpolate::bilinear(values, self.fraction.0, self.fraction.1)
+        bilinear(values, self.fraction.0, self.fraction.1)
     }
 }

@@ -27,7 +27,7 @@ pub trait PixelSource {
     /// # Panics
     /// If the region does not lie in the picture or `factor` is 0.
     fn downscale(&self, region: Region, factor: usize) -> Image {
-        filter::downscale(&self.crop(region), full_region((region.width, region.height)), factor)
+        filter::downscale(&self.crop(region), Region::whole((region.width, region.height)), factor)
     }
 
     /// The luma of a region downscaled by `factor`: the mean of each square, row by row, 0 to 255. Incomplete squares
@@ -60,9 +60,12 @@ pub trait PixelSource {
     }
 }
 
-/// The region that covers a picture of `width` x `height`.
-pub(in crate::vision) const fn full_region((width, height): (usize, usize)) -> Region {
-    Region { x: 0, y: 0, width, height }
+/// The luma of a whole picture downscaled by 8, row by row, which a JPEG gives without decoding its pixels: the DC
+/// coefficients of its blocks. A picture of less than 8 columns or rows is not downscaled.
+pub(in crate::vision) fn coarse_luma(picture: &dyn PixelSource) -> Cow<'_, [f32]> {
+    let (width, height) = picture.size();
+    let factor = if width.min(height) < 8 { 1 } else { 8 };
+    picture.downscale_luma(Region::whole((width, height)), factor)
 }
 
 /// Samples the luma of a crop at every `step`-th pixel, filtered with standard deviation `sigma` pixels.
@@ -81,7 +84,7 @@ pub fn sample_luma(picture: &dyn PixelSource, crop: Region, sigma: f64, step: us
         Some(crop) if step > 1 && sigma * sigma > box_variance => {
             let (width, height) = (crop.width / step, crop.height / step);
             let middle = (step - 1) as f64 / 2.0;
-            let origin = (crop.x as f64 + middle, crop.y as f64 + middle);
+            let origin = Pixel::new(crop.x as f64 + middle, crop.y as f64 + middle);
             let values = picture.downscale_luma(crop, step).into_owned();
             let rest = (sigma * sigma - box_variance).sqrt() / step as f64;
             filter::smooth_gaussian(Plane { width, height, values, origin, step }, rest)
@@ -115,7 +118,7 @@ impl<'a> PaddedCrop<'a> {
     /// [`filter::sample_gaussian`] of the crop's luma.
     pub(in crate::vision) fn sample_luma(&self, sigma: f64, step: usize) -> Plane {
         let plane = filter::sample_gaussian(&self.pixels, self.crop, LUMA, sigma, step);
-        Plane { origin: (plane.origin.0 + self.origin.x, plane.origin.1 + self.origin.y), ..plane }
+        Plane { origin: plane.origin + self.origin, ..plane }
     }
 }
 
@@ -135,7 +138,7 @@ impl PixelSource for Image {
     }
 
     fn crop(&self, region: Region) -> Cow<'_, Image> {
-        if region == full_region(self.size()) {
+        if region == Region::whole(self.size()) {
             return Cow::Borrowed(self);
         }
         Cow::Owned(filter::downscale(self, region, 1))
@@ -167,7 +170,7 @@ impl PixelSource for LazyImage {
                 jpeg::decode_scaled(jpeg, region, factor)
             }
             Self::Jpeg(_) => {
-                filter::downscale(&self.crop(region), full_region((region.width, region.height)), factor)
+                filter::downscale(&self.crop(region), Region::whole((region.width, region.height)), factor)
             }
             Self::Decoded(image) => image.downscale(region, factor),
         }
@@ -180,7 +183,7 @@ impl PixelSource for LazyImage {
             }
             Self::Jpeg(jpeg) => {
                 let pixels = jpeg::decode_region(jpeg, region);
-                let luma = pixels.downscale_luma(full_region((region.width, region.height)), factor);
+                let luma = pixels.downscale_luma(Region::whole((region.width, region.height)), factor);
                 Cow::Owned(luma.into_owned())
             }
             Self::Decoded(image) => image.downscale_luma(region, factor),

@@ -3,6 +3,7 @@
 //! In: a direction, and pixels and regions of a picture. Out: where they are in the turned picture.
 
 use crate::geometry::{Pixel, Region};
+use crate::photo::Orientation;
 use crate::vision::config::Direction;
 
 /// The turn of a picture after which the end of a direction is at its top.
@@ -33,6 +34,21 @@ impl Turn {
             up => up,
         };
         Self::new(up, self.size())
+    }
+
+    /// Number of clockwise quarters by which the direction lies from up.
+    pub(in crate::vision) const fn quarters(&self) -> usize {
+        match self.up {
+            Direction::Up => 0,
+            Direction::Right => 1,
+            Direction::Down => 2,
+            Direction::Left => 3,
+        }
+    }
+
+    /// The same turn of a camera, as Exif numbers it.
+    pub(in crate::vision) const fn orientation(&self) -> Orientation {
+        Orientation([1, 8, 3, 6][self.quarters()])
     }
 
     /// A pixel in the turned picture.

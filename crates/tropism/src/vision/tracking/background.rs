@@ -4,9 +4,10 @@
 //! flatter than the reference.
 
 use crate::geometry::{Pixel, Region};
+use crate::math::statistics::upper_median;
 use crate::vision::camera::registration::ReferenceFeatures;
 use crate::vision::raster::levels::Levels;
-use crate::vision::raster::source::{PixelSource, full_region, sample_luma};
+use crate::vision::raster::source::{PixelSource, coarse_luma, sample_luma};
 
 /// Ratio of brightness or contrast from which on a picture is the better reference. Chosen by hand.
 const BETTER_RATIO: f64 = 1.6;
@@ -24,13 +25,13 @@ const BLACK_CONTRAST: f64 = 5.0;
 /// Grey level that the brightest parts of a black picture stay below. Chosen by hand: a quarter of the range.
 const BLACK_LEVEL: f32 = 64.0;
 
-/// Share of a picture from which on it is drawn if it has the median luma, and how near to that is the same. Chosen: letters
-/// and pictograms cover less than a third of a title.
+/// Share of samples at the median luma above which a picture is drawn, and the greatest difference from the median. Chosen:
+/// letters and pictograms cover less than a third of a title, and no photograph has so little noise.
 const DRAWN_SHARE: f64 = 0.66;
 const EVEN_LUMA: f32 = 0.02;
 
-/// Least difference of a title's ground from the background of photographs, in grey levels. Chosen: what is drawn on their own
-/// ground is one of them, such as a drawing with less noise.
+/// Least difference of a title's ground from the background of the photographs, in grey levels. Chosen: a smaller one is
+/// another photograph with less noise.
 const TITLE_LUMA: f64 = 4.0;
 
 /// Columns at which a picture is searched for bright parts. Chosen by hand.
@@ -43,22 +44,20 @@ pub(in crate::vision) struct Background {
     tone: Tone,
 }
 
-/// What the means of 8 x 8 pixels say of a picture, which a JPEG gives without decoding its pixels.
+/// Global tone of a picture, from means of 8 x 8 pixels.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::vision) struct Tone {
     /// Median luma, 0 to 255.
     brightness: f64,
-    /// Whether it is drawn, such as a title: most of it has one and the same value, as no photograph has with its noise.
+    /// Whether it is drawn, such as a title: most samples have the same value.
     is_drawn: bool,
 }
 
 impl Tone {
     /// The tone of a picture.
     pub(in crate::vision) fn of(image: &dyn PixelSource) -> Self {
-        let (width, height) = image.size();
-        let factor = if width.min(height) < 8 { 1 } else { 8 };
-        let values = image.downscale_luma(full_region((width, height)), factor);
-        let brightness = Levels::from_values(&values, 1).background;
+        let values = coarse_luma(image);
+        let brightness = upper_median(&values, f32::total_cmp).unwrap_or(0.0);
         let even = values.iter().filter(|&&value| (value - brightness).abs() < EVEN_LUMA).count();
         Self { brightness: f64::from(brightness), is_drawn: even as f64 > DRAWN_SHARE * values.len() as f64 }
     }
@@ -85,7 +84,7 @@ impl Background {
         self.features.estimate_shift(image)
     }
 
-    /// Whether the reference has enough features for a registration that fails to mean something.
+    /// Whether the reference has so many features that a failed registration means a turned camera.
     pub(in crate::vision) fn has_enough_features(&self) -> bool {
         self.features.has_enough()
     }
@@ -110,7 +109,7 @@ impl Background {
 /// Whether a picture is black but for noise. A white wall has as little contrast, but is bright.
 pub(in crate::vision) fn is_black(image: &dyn PixelSource) -> bool {
     let size = image.size();
-    let plane = sample_luma(image, full_region(size), 0.0, (size.0 / COARSE_COLUMNS).max(1));
+    let plane = sample_luma(image, Region::whole(size), 0.0, (size.0 / COARSE_COLUMNS).max(1));
     let levels = Levels::from_plane(&plane, plane.values.len() / 1_000);
     levels.contrast() < BLACK_CONTRAST && levels.bright < BLACK_LEVEL
 }

@@ -1,12 +1,11 @@
 //! Gating: whether a plant can be where a photograph shows it, given the photographs before.
 //!
-//! In: measurements in the order of their times. Out: which of them are accepted. The one idea: a tip is expected
-//! near where a Kalman filter extrapolates it, and tissue neither appears nor vanishes. The more a measurement looks
-//! like an occlusion, the narrower its gate and the more photographs in a row must agree before it is accepted
-//! outside.
+//! In: measurements in the order of their times. Out: which of them are accepted. The one idea: a tip lies near where a
+//! Kalman filter extrapolates it, and tissue neither appears nor vanishes. A measurement outside its gate is accepted
+//! after M consecutive photographs agree. The more it looks like an occlusion, the narrower the gate and the greater M.
 //!
-//! No scale of the camera enters. Distances are in pixels, and the centimetre of the constants is that of the plant
-//! itself: its stem is [`STEM_WIDTH`] wide.
+//! The camera's scale does not enter, because it may be wrong or assumed. Distances are in pixels, and the plant gives the
+//! scale: its stem is [`STEM_WIDTH`] wide.
 //!
 //! Where no other source is given, constants were chosen by hand on rendered frames (`benches/src/bin/accuracy`, seeds below
 //! 100 000).
@@ -17,7 +16,7 @@
 
 use std::collections::VecDeque;
 
-use crate::geometry::{Pixel, Point};
+use crate::geometry::Pixel;
 use crate::lamps::Light;
 use crate::math;
 use crate::math::statistics::quantile_nearest;
@@ -26,12 +25,12 @@ use crate::vision::frame_status::FrameStatus;
 use crate::vision::tracking::hold::MAX_HELD_FRAMES;
 use crate::vision::tracking::kalman::{KalmanState, MAX_STEADY_MOTION};
 
-/// The interval that "period" means in the constants of tracking, in minutes: the paper's (section 2.2.2). Rates are per
-/// period; what photographs of another [`Interval`] are held against follows from it.
+/// Period of the constants of tracking, in minutes: the paper's interval of photographs (section 2.2.2). Rates are per
+/// period and scale to another [`Interval`].
 pub(in crate::vision) const PERIOD_MIN: f64 = 5.0;
 
-/// The most by which counts of photographs grow where these follow each other faster than in the paper: chosen, for a run
-/// that is resumed reads as many photographs again.
+/// Greatest factor of the counts of photographs at intervals shorter than the paper's. Chosen: a resumed run reads as many
+/// photographs again.
 const MAX_COUNT_SCALE: f64 = 3.0;
 
 /// The interval at which the photographs of a series follow each other, in minutes.
@@ -46,7 +45,7 @@ impl Default for Interval {
 }
 
 impl Interval {
-    /// The interval in periods, at least one: over less than a period a plant moves less than errors of measurement.
+    /// The interval in periods, at least one: within a period a plant moves less than the errors of measurement.
     fn periods(self) -> f64 {
         (self.0 / PERIOD_MIN).max(1.0)
     }
@@ -63,18 +62,18 @@ impl Interval {
     }
 }
 
-/// Width that a stem is taken to have, in cm. Chosen: with it the virtual rows of `benches/src/bin/accuracy` keep the figures that
-/// they had when the camera's scale was used.
+/// Assumed width of a stem, in cm. Chosen: the virtual rows of `benches/src/bin/accuracy` keep the figures of the camera's
+/// true scale.
 const STEM_WIDTH: f64 = 0.35;
 
-/// Number of accepted photographs from which the width of the stem is learned: chosen, half an hour.
+/// Number of accepted photographs from which the width of the stem is learned. Chosen: half an hour.
 const WIDTHS: usize = 6;
 
-/// Radius of the full gate, in cm per period: no bean was seen to move faster.
+/// Radius of the full gate, in cm per period. Chosen: no bean of the real sets moves faster.
 const GATE: f64 = 2.2;
 
-/// Radius of the narrow gate, in cm: after one period, its growth for each further one, and at most. Errors below
-/// half a centimetre are not called wrong.
+/// Radius of the narrow gate, in cm: after one period, its growth for each further one, and its maximum. Chosen: below half
+/// a centimetre, from which on `benches/src/bin/accuracy` counts a tip as wrong.
 const NARROW_GATE: f64 = 0.25;
 const NARROW_GATE_GROWTH: f64 = 0.05;
 const MAX_NARROW_GATE: f64 = 0.4;
@@ -91,8 +90,8 @@ const CHANGE_RADIUS: f64 = 3.0;
 /// Area of tissue that may appear or vanish there, in square cm.
 const MAX_CHANGE: f64 = 0.12;
 
-/// Greatest difference of the areas that appeared and vanished, as a share of the smaller: what moves leaves as much
-/// as it takes.
+/// Greatest difference of the areas that appeared and vanished, as a share of the smaller: a moving plant conserves its
+/// area.
 const MAX_IMBALANCE: f64 = 0.3;
 
 /// Greatest area in which two photographs that agree differ, as a share of the plant's.
@@ -105,15 +104,15 @@ const CONFIRM_JUMP: usize = 2;
 const CONFIRM_CHANGE: usize = 5;
 const CONFIRM_OCCLUSION: usize = 12;
 
-/// Number of accepted photographs up to which two that agree are enough: the first few may all be wrong.
+/// Number of accepted photographs up to which two that agree are enough, because the first few may all be wrong.
 const YOUNG_TRACK: usize = 2;
 
-/// Number of photographs that gating depends on: accepted ones for their appearance, and all rejected ones since, of
-/// which no more can agree before they are accepted.
+/// Number of photographs that gating depends on: the latest accepted ones for their appearance, and the rejected ones since,
+/// of which at most so many agree before they are accepted.
 const MEMORY: usize = CONFIRM_OCCLUSION;
 
-/// Contrast below which a plant is dimmed by mist or a shadow, as a share of the greatest in memory; and below which
-/// even its tip may have vanished.
+/// Contrasts below which mist or a shadow dims the plant, and below which even its tip may have vanished, as shares of the
+/// greatest in memory.
 const DIMMED: f64 = 0.85;
 const STRONGLY_DIMMED: f64 = 0.7;
 
@@ -131,14 +130,14 @@ const STEM_LENGTHS: usize = 9;
 /// the beans 100 to 107 beside poles.
 const MAX_RETURN_DROP: f64 = 0.4;
 
-/// Distance from the stem, in cm, above which a tip is a leaf's.
+/// Distance of a tip from the stem, in cm, above which it is a leaf's.
 const LEAF_DISTANCE: f64 = 0.4;
 
-/// What gating sees of a detection, in pixels of the first picture: the camera's shift is undone.
+/// What gating uses of a detection, in pixels of the reference picture: the camera's shift is undone.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::vision) struct PlantMeasurement {
     /// Tip.
-    pub(in crate::vision) tip: Point,
+    pub(in crate::vision) tip: Pixel,
     /// Cells of the plant.
     pub(in crate::vision) tissue: OccupancyGrid,
     /// Contrast, in standard deviations of the background.
@@ -169,15 +168,15 @@ fn is_leaf_tip(tip_to_stem: Option<f64>, cm: f64) -> bool {
     tip_to_stem.is_some_and(|distance| distance > LEAF_DISTANCE * cm)
 }
 
-/// What is known of a plant from the photographs so far.
+/// State of a gate after the photographs so far.
 #[derive(Clone, Debug, Default)]
 pub(in crate::vision) struct TrackGate {
     interval: Interval,
-    /// Pixels per cm of the camera, for a plant whose stem is never detected.
+    /// Scale of the camera, in pixels per cm, until a stem is detected.
     px_per_cm: f64,
-    /// Widths of the stem in the first accepted photographs that show it, in pixels.
+    /// Widths of the stem in the first accepted photographs with a stem, in pixels.
     widths: Vec<f64>,
-    /// In pixels: the gains of a filter depend on the ratios of its deviations alone.
+    /// Kalman state in pixels instead of cm: the gains depend on ratios of the deviations only.
     state: Option<KalmanState>,
     /// Number of accepted measurements.
     accepted: usize,
@@ -187,14 +186,14 @@ pub(in crate::vision) struct TrackGate {
     time_s: f64,
     /// Appearances of the latest accepted measurements, newest first, at most [`Interval::memory`]: mist comes slowly.
     appearances: VecDeque<Appearance>,
-    /// Whether a pole has hidden the tip since the latest accepted measurement: it may come out anywhere it can have moved to.
+    /// Whether a pole has hidden the tip since the latest accepted measurement, so that it may reappear elsewhere.
     is_returning: bool,
     /// The latest measurement if it was rejected, and the number of rejected ones up to it that agree.
     rejected: Option<(PlantMeasurement, usize)>,
 }
 
 impl TrackGate {
-    /// A gate for photographs that follow each other at `interval`. Their scale counts only where no stem is detected.
+    /// A gate for photographs at an `interval`. The camera's scale is used until a stem is detected.
     pub(in crate::vision) fn new(interval: Interval, px_per_cm: f64) -> Self {
         Self { interval, px_per_cm, ..Self::default() }
     }
@@ -209,15 +208,16 @@ impl TrackGate {
         self.widths.extend(stem_width.filter(|_| self.is_learning()));
     }
 
-    /// A centimetre of the plant, in pixels; of a plant without a stem so far, by the width that `measurement` shows.
+    /// A centimetre of the plant, in pixels: by the median width of its stem, before that by the width in `measurement`, and
+    /// without a stem by the camera's scale.
     fn centimetre(&self, measurement: Option<&PlantMeasurement>) -> f64 {
         let known = (!self.widths.is_empty()).then(|| quantile_nearest(&self.widths, 0.5));
         let width = known.or_else(|| measurement?.stem_width);
         width.map_or(self.px_per_cm, |width| width / STEM_WIDTH)
     }
 
-    /// Whether the stem is about as long as in the accepted photographs before: no stem doubles or halves its length from
-    /// one to the next, but its end may be found in a leaf or below one.
+    /// Whether the stem is about as long as in the accepted photographs before. Where it is not, its end was found in a leaf
+    /// or below one.
     pub(in crate::vision) fn has_steady_stem(&self, measurement: &PlantMeasurement) -> bool {
         let latest = self.appearances.iter().take(self.interval.count(STEM_LENGTHS));
         let lengths: Vec<f64> = latest.filter_map(|before| before.stem_length).collect();
@@ -226,7 +226,7 @@ impl TrackGate {
         (length - usual).abs() <= MAX_LENGTH_CHANGE * self.interval.periods() * usual
     }
 
-    /// Gates a measurement: its status, and how well it fits the expectation, 0 to 1.
+    /// Gates a measurement: its status, and its fit to the prediction, 0 to 1.
     pub(in crate::vision) fn gate(
         &mut self,
         measurement: PlantMeasurement,
@@ -250,8 +250,9 @@ impl TrackGate {
         };
         // The first measurement is accepted if it has no anomaly.
         let unknown = if anomaly == Anomaly::None { 0.0 } else { full_gate };
-        let expected = self.state.map(|state| state.extrapolate(periods));
+        let expected = self.state.map(|state| Pixel::from(state.extrapolate(periods)));
         let distance = expected.map_or(unknown, |expected| expected.distance(measurement.tip));
+        // The fit is a Gaussian of the innovation whose deviation is the gate's radius.
         let deviations = distance / radius.max(0.1 * cm);
         let fit = math::exp(-0.5 * deviations * deviations);
         let agreeing = match &self.rejected {
@@ -274,36 +275,36 @@ impl TrackGate {
         (status, fit)
     }
 
-    /// Takes in a photograph in which a pole hides the tip.
+    /// Takes note of a photograph in which a pole hides the tip.
     pub(in crate::vision) const fn hide(&mut self) {
         self.is_returning = true;
     }
 
-    /// What is wrong with a measurement, compared with those accepted before. `cm` is a centimetre of the plant, in
-    /// pixels.
+    /// The anomaly of a measurement, compared with those accepted before. `cm` is a centimetre of the plant, in pixels.
     fn anomaly(&self, measurement: &PlantMeasurement, cm: f64) -> Anomaly {
         match (&self.last, self.state) {
             (Some(_), Some(state)) if self.is_returning => {
-                // Below the last one it is what else the pole leaves to be seen.
-                let is_lower = measurement.tip.y > state.tip.y + MAX_RETURN_DROP * cm;
+                // A tip below the last one is another part of the plant that the pole does not hide.
+                let is_lower = measurement.tip.y > state.tip[1] + MAX_RETURN_DROP * cm;
                 if is_lower { Anomaly::HiddenByLeaf } else { Anomaly::None }
             }
             (Some(last), Some(state)) => {
+                let before = Pixel::from(state.tip);
                 let scale = cm * self.interval.periods();
-                // Another lamp is another contrast.
+                // Contrast depends on the lamp.
                 let alike = self.appearances.iter().filter(|before| before.light == measurement.light);
                 let clearest = alike.map(|before| before.contrast).fold(0.0, f64::max);
                 let is_below = |share: f64| measurement.contrast < share * clearest;
-                // A lamp that was lit in mist has no clear photograph to compare with, but mist widens the stem as well.
+                // No clear photograph exists of a lamp that was first lit in mist, but mist widens the stem, too.
                 let is_wide = |width: f64| width > BLURRED * quantile_nearest(&self.widths, 0.5);
                 let is_blurred = !self.is_learning() && measurement.stem_width.is_some_and(is_wide);
                 let leaf_tips =
                     self.appearances.iter().filter(|before| is_leaf_tip(before.tip_to_stem, cm)).count();
-                // Where two leaves are of one height, now the one is higher, now the other: both were there before.
-                let was_there = measurement.tip.distance(state.tip) > scale * MAX_NARROW_GATE
-                    && last.tissue.is_near(pixel(measurement.tip));
-                let is_changed = has_changed(measurement, &last.tissue, state.tip, cm, scale);
-                // Where no tissue has changed and the stem has another length, another end of it was found.
+                // Of two leaves of about the same height either may be the higher; both were there before.
+                let was_there = measurement.tip.distance(before) > scale * MAX_NARROW_GATE
+                    && last.tissue.is_near(measurement.tip);
+                let is_changed = has_changed(measurement, &last.tissue, before, cm, scale);
+                // Without changed tissue, a stem of another length means that another end of it was found.
                 let has_new_leaf_tip = (is_changed || self.has_steady_stem(measurement))
                     && is_leaf_tip(measurement.tip_to_stem, cm)
                     && 2 * leaf_tips < self.appearances.len()
@@ -336,13 +337,13 @@ impl TrackGate {
     }
 
     /// Accepts a measured tip. Its appearance is unknown until it is [remembered](Self::remember_appearance).
-    pub(in crate::vision) fn accept(&mut self, tip: Point, time_s: f64) {
+    pub(in crate::vision) fn accept(&mut self, tip: Pixel, time_s: f64) {
         let periods = self.periods(time_s);
-        // A tip that has jumped says nothing of velocity: the filter begins anew.
+        // A jump gives no velocity: the filter is initialised anew.
         let radius = self.centimetre(None) * MAX_STEADY_MOTION * periods.max(1.0);
-        let is_steady = |state: &KalmanState| state.extrapolate(periods).distance(tip) <= radius;
-        let state = self.state.filter(is_steady).map(|state| state.predict(periods).update(tip));
-        self.state = Some(state.unwrap_or_else(|| KalmanState::initial(tip)));
+        let is_steady = |state: &KalmanState| tip.distance(state.extrapolate(periods).into()) <= radius;
+        let state = self.state.filter(is_steady).map(|state| state.predict(periods).update(tip.into()));
+        self.state = Some(state.unwrap_or_else(|| KalmanState::initial(tip.into())));
         self.accepted += 1;
         (self.last, self.time_s, self.rejected) = (None, time_s, None);
         self.is_returning = false;
@@ -388,22 +389,22 @@ impl Anomaly {
 fn has_changed(
     measurement: &PlantMeasurement,
     before: &OccupancyGrid,
-    tip: Point,
+    tip: Pixel,
     cm: f64,
     scale: f64,
 ) -> bool {
     let now = &measurement.tissue;
     let moved = measurement.tip.distance(tip);
     let max_area = MAX_CHANGE * cm * cm;
-    let around_tip = |grid: &OccupancyGrid, tip: Point| grid.around(pixel(tip), CHANGE_RADIUS * cm);
+    let around_tip = |grid: &OccupancyGrid, tip: Pixel| grid.around(tip, CHANGE_RADIUS * cm);
     let (now_at_tip, before_at_tip) = (around_tip(now, measurement.tip), around_tip(before, tip));
     let appeared = |radius: f64| now_at_tip.area_beyond(before, radius);
     let vanished = |radius: f64| before_at_tip.area_beyond(now, radius);
     let tissue_motion = scale * TISSUE_MOTION;
     let far = moved.clamp(tissue_motion, scale * GATE);
+    // A plant that moves leaves as much area as it takes; one that is covered or uncovered does not.
     let (new, gone) = (appeared(tissue_motion / 2.0), vanished(tissue_motion / 2.0));
-    let covers = |grid: &OccupancyGrid, point: Point| grid.is_near(pixel(point));
-    let draws_back = moved > scale * NARROW_GATE && covers(before, measurement.tip) && !covers(now, tip);
+    let draws_back = moved > scale * NARROW_GATE && before.is_near(measurement.tip) && !now.is_near(tip);
     draws_back
         || appeared(far).max(vanished(far)) > max_area
         || (new - gone).abs() > max_area + MAX_IMBALANCE * new.min(gone)
@@ -419,14 +420,10 @@ fn agree(one: &PlantMeasurement, other: &PlantMeasurement, scale: f64) -> bool {
     moved <= scale * GATE && difference.max(other.tissue.area_beyond(&one.tissue, radius)) <= max_area
 }
 
-/// A point in pixels as a pixel.
-const fn pixel(point: Point) -> Pixel {
-    Pixel::new(point.x, point.y)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Point;
 
     /// A plant whose tip is at `tip` cm: a stem at 10 px per cm, with another line of tissue between two pixels.
     fn measurement(tip: Point, more: Option<[f64; 4]>) -> PlantMeasurement {
@@ -452,8 +449,8 @@ mod tests {
         }
     }
 
-    fn in_pixels(tip: Point) -> Point {
-        Point::new(300.0 + 10.0 * tip.x, 400.0 - 10.0 * tip.y)
+    fn in_pixels(tip: Point) -> Pixel {
+        Pixel::new(300.0 + 10.0 * tip.x, 400.0 - 10.0 * tip.y)
     }
 
     fn tracked(steps: u32) -> TrackGate {

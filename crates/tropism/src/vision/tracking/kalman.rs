@@ -10,7 +10,7 @@
 //! - Bar-Shalom, Li and Kirubarajan 2001, *Estimation with Applications to Tracking and Navigation*, section 6.2: the
 //!   covariance of continuous white-noise acceleration.
 
-use crate::geometry::Point;
+use crate::math::vector::{Vec2, along, sub};
 
 /// Standard deviation of a measured coordinate, in cm. Chosen by hand.
 const MEASUREMENT_DEVIATION: f64 = 0.05;
@@ -27,25 +27,22 @@ const MAX_EXTRAPOLATION: f64 = 2.0;
 /// Distance from the extrapolated tip, in cm per period, above which a tip has jumped. Chosen by hand.
 pub(super) const MAX_STEADY_MOTION: f64 = 0.8;
 
-/// One coordinate of a point.
-type Axis = fn(&Point) -> f64;
-
 /// State of a tip: position and velocity, whose covariance is the same for both axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct KalmanState {
-    /// Position, in cm.
-    pub(super) tip: Point,
-    /// Velocity, in cm per period.
-    velocity: Point,
+    /// Position, in the unit of the measurements: cm, or pixels where only ratios of the deviations count.
+    pub(super) tip: Vec2,
+    /// Velocity, in that unit per period.
+    velocity: Vec2,
     /// Variance of the position, covariance of position and velocity, variance of the velocity.
     covariance: [f64; 3],
 }
 
 impl KalmanState {
     /// The state after a first measurement.
-    pub(super) fn initial(tip: Point) -> Self {
+    pub(super) fn initial(tip: Vec2) -> Self {
         let variance = MEASUREMENT_DEVIATION * MEASUREMENT_DEVIATION;
-        Self { tip, velocity: Point::default(), covariance: [variance, 0.0, INITIAL_VELOCITY_VARIANCE] }
+        Self { tip, velocity: [0.0; 2], covariance: [variance, 0.0, INITIAL_VELOCITY_VARIANCE] }
     }
 
     /// Standard deviation of each coordinate of the position, in cm.
@@ -54,9 +51,13 @@ impl KalmanState {
     }
 
     /// The position that a gate expects after an interval, in periods: extrapolated by at most [`MAX_EXTRAPOLATION`].
-    pub(super) fn extrapolate(&self, periods: f64) -> Point {
-        let periods = periods.min(MAX_EXTRAPOLATION);
-        Point::new(self.tip.x + periods * self.velocity.x, self.tip.y + periods * self.velocity.y)
+    pub(super) fn extrapolate(&self, periods: f64) -> Vec2 {
+        self.moved(periods.min(MAX_EXTRAPOLATION))
+    }
+
+    /// The position after an interval at the present velocity.
+    fn moved(&self, periods: f64) -> Vec2 {
+        along(self.tip, self.velocity, periods)
     }
 
     /// Prediction after an interval without a measurement, in periods.
@@ -65,19 +66,18 @@ impl KalmanState {
         let noise = VELOCITY_DEVIATION * VELOCITY_DEVIATION * periods;
         let pp = pp + 2.0 * periods * pv + periods * periods * vv + noise * periods * periods / 3.0;
         let (pv, vv) = (pv + periods * vv + noise * periods / 2.0, vv + noise);
-        let tip = Point::new(self.tip.x + periods * self.velocity.x, self.tip.y + periods * self.velocity.y);
-        Self { tip, velocity: self.velocity, covariance: [pp, pv, vv] }
+        Self { tip: self.moved(periods), velocity: self.velocity, covariance: [pp, pv, vv] }
     }
 
     /// Update by a measured tip.
-    pub(super) fn update(&self, tip: Point) -> Self {
+    pub(super) fn update(&self, tip: Vec2) -> Self {
         let [pp, pv, vv] = self.covariance;
         let innovation_variance = pp + MEASUREMENT_DEVIATION * MEASUREMENT_DEVIATION;
         let (position_gain, velocity_gain) = (pp / innovation_variance, pv / innovation_variance);
-        let (dx, dy) = (tip.x - self.tip.x, tip.y - self.tip.y);
+        let innovation = sub(tip, self.tip);
         Self {
-            tip: Point::new(self.tip.x + position_gain * dx, self.tip.y + position_gain * dy),
-            velocity: Point::new(self.velocity.x + velocity_gain * dx, self.velocity.y + velocity_gain * dy),
+            tip: along(self.tip, innovation, position_gain),
+            velocity: along(self.velocity, innovation, velocity_gain),
             covariance: [pp * (1.0 - position_gain), pv * (1.0 - position_gain), vv - velocity_gain * pv],
         }
     }
@@ -98,24 +98,18 @@ impl KalmanState {
             (cross_v * next_vv - vv * next_pv) / determinant,
             (vv * next_pp - cross_v * next_pv) / determinant,
         ];
-        let correction = |[of_position, of_velocity]: [f64; 2], axis: Axis| {
-            of_position * (axis(&smoothed.tip) - axis(&predicted.tip))
-                + of_velocity * (axis(&smoothed.velocity) - axis(&predicted.velocity))
+        let (position, velocity) =
+            (sub(smoothed.tip, predicted.tip), sub(smoothed.velocity, predicted.velocity));
+        let corrected = |before, [of_position, of_velocity]: [f64; 2]| {
+            along(along(before, position, of_position), velocity, of_velocity)
         };
         let change: [f64; 3] = std::array::from_fn(|i| smoothed.covariance[i] - predicted.covariance[i]);
         let covariance_change = |[a, b]: [f64; 2], [c, d]: [f64; 2]| {
             a * c * change[0] + (a * d + b * c) * change[1] + b * d * change[2]
         };
-        let (x, y): (Axis, Axis) = (|at| at.x, |at| at.y);
         Self {
-            tip: Point::new(
-                self.tip.x + correction(position_gain, x),
-                self.tip.y + correction(position_gain, y),
-            ),
-            velocity: Point::new(
-                self.velocity.x + correction(velocity_gain, x),
-                self.velocity.y + correction(velocity_gain, y),
-            ),
+            tip: corrected(self.tip, position_gain),
+            velocity: corrected(self.velocity, velocity_gain),
             covariance: [
                 pp + covariance_change(position_gain, position_gain),
                 pv + covariance_change(position_gain, velocity_gain),

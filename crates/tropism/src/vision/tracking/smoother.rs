@@ -1,17 +1,18 @@
 //! Smoothed path of a tip: a Kalman filter forwards and the Rauch-Tung-Striebel smoother backwards.
 //!
 //! In: the measured tips of a whole series. Out: the tip at each time with its standard deviation, also where it was
-//! not measured. The one idea: past and future together tell where a tip was, so short outliers between two jumps are
-//! left out and rejected measurements that prove right are used.
+//! not measured. The one idea: the future corrects the filter, so short outliers between two jumps are
+//! left out, and rejected measurements near the smoothed path are used.
 
 use crate::geometry::Point;
+use crate::math::statistics::quantile_nearest;
 use crate::vision::tracking::kalman::{KalmanState, MAX_STEADY_MOTION};
 
 /// Least number of measurements between two jumps that are not an outlier. Chosen by hand.
 const MIN_RUN: usize = 3;
 
-/// Longest interval over which the distance to the tip before may grow, in periods; where measurements are usually longer
-/// apart, that interval. Chosen by hand.
+/// Longest interval over which the allowed distance between two tips grows, in periods, or the median interval where that is
+/// longer. Chosen by hand.
 const MAX_INTERVAL: f64 = 3.0;
 
 /// Distance from the smoothed tip, in cm, within which a rejected measurement is used after all. Chosen by hand.
@@ -101,9 +102,8 @@ fn consistent_runs(measurements: &[TipMeasurement]) -> Vec<Option<RunTip>> {
 
 /// The median interval, in periods; 0 of less than two measurements.
 fn usual_interval(measurements: &[TipMeasurement]) -> f64 {
-    let mut intervals: Vec<f64> = measurements.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
-    intervals.sort_by(f64::total_cmp);
-    intervals.get(intervals.len() / 2).copied().unwrap_or(0.0)
+    let intervals: Vec<f64> = measurements.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
+    quantile_nearest(&intervals, 0.5)
 }
 
 /// Smooths each run by itself.
@@ -117,7 +117,7 @@ fn smooth_runs(measurements: &[TipMeasurement], tips: &[Option<RunTip>]) -> Vec<
         let last = (first..end).rev().find(is_same_run).unwrap_or(first);
         let states = filter_and_smooth(&measurements[first..=last], &tips[first..=last]);
         for (i, state) in (first..=last).zip(states) {
-            smoothed[i] = Some(SmoothedTip { tip: state.tip, deviation: state.deviation() });
+            smoothed[i] = Some(SmoothedTip { tip: state.tip.into(), deviation: state.deviation() });
         }
         start = last + 1;
     }
@@ -128,7 +128,7 @@ fn smooth_runs(measurements: &[TipMeasurement], tips: &[Option<RunTip>]) -> Vec<
 fn filter_and_smooth(measurements: &[TipMeasurement], tips: &[Option<RunTip>]) -> Vec<KalmanState> {
     let mut states: Vec<KalmanState> = Vec::with_capacity(measurements.len());
     for (i, tip) in tips.iter().enumerate() {
-        let tip = tip.map(|(tip, _)| tip);
+        let tip = tip.map(|(tip, _)| <[f64; 2]>::from(tip));
         let state = match states.last() {
             None => KalmanState::initial(tip.unwrap_or_default()),
             Some(before) => {

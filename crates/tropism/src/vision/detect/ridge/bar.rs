@@ -1,15 +1,15 @@
-//! Contrast of a bar: how much its colour differs from what lies on both of its sides.
+//! Contrast of a bar: the difference of its colour from the colours on both sides.
 //!
 //! In: a picture, and a bar's position, heading and width. Out: its contrast. The one idea: the differences to the
 //! two sides are combined by their inner product, so an edge, which has a difference on one side only, has no
 //! contrast (after Koller, Gerig, Székely and Dettwiler 1995, *Multiscale detection of curvilinear structures in 2-D
 //! and 3-D image data*, ICCV).
 
-use crate::geometry::Region;
 use crate::math;
+use crate::math::vector::{dot, mean, sub};
 use crate::photo::Image;
 use crate::vision::detect::curve::PlanePoint;
-use crate::vision::detect::ridge::rgb::{self, Rgb};
+use crate::vision::detect::ridge::rgb::Rgb;
 use crate::vision::raster::filter::sample_gaussian;
 use crate::vision::raster::plane::Neighbours;
 
@@ -33,9 +33,9 @@ pub(super) struct SmoothedImage {
 }
 
 impl SmoothedImage {
-    /// Filters a picture; `None` where it is too small for a stem and what lies beside it.
+    /// Filters a picture; `None` where it is too small for a stem and its flanks.
     pub(super) fn of(image: &Image) -> Option<Self> {
-        let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
+        let whole = image.region();
         if (image.width.min(image.height) as f64) < 4.0 * MIN_WIDTH {
             return None;
         }
@@ -57,7 +57,7 @@ impl SmoothedImage {
     }
 
     /// Whether a point lies in the picture, at least a pixel from its edge.
-    pub(super) fn contains(&self, (x, y): PlanePoint) -> bool {
+    pub(super) fn contains(&self, [x, y]: PlanePoint) -> bool {
         x >= 1.0 && y >= 1.0 && x < self.width as f64 - 1.0 && y < self.height as f64 - 1.0
     }
 
@@ -68,10 +68,10 @@ impl SmoothedImage {
         let (sin, cos) = (math::sin(heading), math::cos(heading));
         let point = |across: f64, along: f64| {
             let (across, along) = (across * width, along * width);
-            (at.0 + across * cos + along * sin, at.1 + across * sin - along * cos)
+            [at[0] + across * cos + along * sin, at[1] + across * sin - along * cos]
         };
         let colour = |offsets: &[f64], side: f64| {
-            rgb::mean(
+            mean(
                 offsets
                     .iter()
                     .flat_map(|&across| [-0.25, 0.25].map(|along| self.at(point(side * across, along)))),
@@ -79,7 +79,7 @@ impl SmoothedImage {
         };
         let inside = colour(&INSIDE, 1.0);
         let (left, right) = (colour(&BESIDE, -1.0), colour(&BESIDE, 1.0));
-        let product: f64 = (0..3).map(|i| (inside[i] - left[i]) * (inside[i] - right[i])).sum();
+        let product = dot(sub(inside, left), sub(inside, right));
         product.abs().sqrt().copysign(product)
     }
 }

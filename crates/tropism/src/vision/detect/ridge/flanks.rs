@@ -1,10 +1,11 @@
-//! Flanks of a stem: where what lies beside it stays the same, it is stem; where it changes for good, leaves begin.
+//! Flanks of a stem, the background on both sides: leaves begin where they change for good.
 //!
 //! In: a line along a stem, and its width. Out: the stretch of it that is stem, how clearly it stands out there, and
 //! the line moved to the middle between the stem's edges.
 
-use crate::math;
-use crate::vision::detect::curve::{PlanePoint, offset_by, smooth};
+use crate::math::statistics::{self, quantile_nearest};
+use crate::math::vector::{along, distance, mean};
+use crate::vision::detect::curve::{PlanePoint, normal, smooth, window};
 use crate::vision::detect::ridge::bar::SmoothedImage;
 use crate::vision::detect::ridge::rgb::{self, Rgb};
 
@@ -22,7 +23,7 @@ const BAND_CHANGE: f64 = 0.2;
 /// Number of changed bands from which on a point's flanks have changed.
 const CHANGED_BANDS: usize = 2;
 
-/// Number of points over which a change may pass: a mark painted on the stem, a leaf's tip.
+/// Greatest length of a passing change, in points: a mark painted on the stem, or a leaf's tip.
 const PASSING_POINTS: usize = 12;
 
 /// Number of points at the beginning of a stretch that its flanks are first learned from.
@@ -54,32 +55,31 @@ pub(super) struct StemFlanks {
 impl StemFlanks {
     /// Samples the colours along a line.
     pub(super) fn sample(image: &SmoothedImage, line: Vec<PlanePoint>, width: f64) -> Self {
-        let normals: Vec<PlanePoint> = (0..line.len()).map(|i| normal(&line, i)).collect();
-        let colour = |i: usize, across: f64| image.at(offset_by(line[i], across * width, normals[i]));
+        let normals: Vec<PlanePoint> =
+            (0..line.len()).map(|i| normal(&line, i, POINTS_PER_WIDTH / 2)).collect();
+        let colour = |i: usize, across: f64| image.at(along(line[i], normals[i], across * width));
         let band_width = (BANDS_END - BANDS_START) / BANDS as f64;
         let band_colour = |i: usize, band: usize| {
             let (side, band) = if band < BANDS { (-1.0, band) } else { (1.0, band - BANDS) };
             let start = BANDS_START + band_width * band as f64;
             let offsets = [0.17, 0.5, 0.83].map(|share| side * (start + share * band_width));
-            rgb::mean(offsets.into_iter().map(|across| colour(i, across)))
+            mean(offsets.into_iter().map(|across| colour(i, across)))
         };
         let stem: Vec<Rgb> = (0..line.len())
-            .map(|i| rgb::mean([-0.3, -0.15, 0.0, 0.15, 0.3].into_iter().map(|across| colour(i, across))))
+            .map(|i| mean([-0.3, -0.15, 0.0, 0.15, 0.3].into_iter().map(|across| colour(i, across))))
             .collect();
         let bands: Vec<Bands> =
             (0..line.len()).map(|i| std::array::from_fn(|band| band_colour(i, band))).collect();
         // Both are averaged over half a width along the line.
-        let window =
-            |i: usize| i.saturating_sub(POINTS_PER_WIDTH / 4)..(i + POINTS_PER_WIDTH / 4 + 1).min(line.len());
-        let stem: Vec<Rgb> = (0..line.len()).map(|i| rgb::mean(stem[window(i)].iter().copied())).collect();
+        let window = |i: usize| window(i, POINTS_PER_WIDTH / 4, line.len());
+        let stem: Vec<Rgb> = (0..line.len()).map(|i| mean(stem[window(i)].iter().copied())).collect();
         let bands: Vec<Bands> = (0..line.len())
-            .map(|i| std::array::from_fn(|band| rgb::mean(bands[window(i)].iter().map(|bands| bands[band]))))
+            .map(|i| std::array::from_fn(|band| mean(bands[window(i)].iter().map(|bands| bands[band]))))
             .collect();
-        let contrast = |i: usize| {
-            bands[i].iter().map(|&band| rgb::distance(stem[i], band)).sum::<f64>() / (2 * BANDS) as f64
-        };
+        let contrast =
+            |i: usize| bands[i].iter().map(|&band| distance(stem[i], band)).sum::<f64>() / (2 * BANDS) as f64;
         let lower_half = (0..line.len().div_ceil(2)).map(contrast).collect::<Vec<_>>();
-        let contrast = math::statistics::quantile_nearest(&lower_half, 0.5).max(1e-6);
+        let contrast = quantile_nearest(&lower_half, 0.5).max(1e-6);
         Self { line, width, stem, bands, contrast }
     }
 
@@ -90,7 +90,7 @@ impl StemFlanks {
 
     /// Colour beside a point, without the band nearest to the stem; side 0 is left.
     pub(super) fn outer_colour(&self, i: usize, side: usize) -> Rgb {
-        rgb::mean(self.bands[i][side * BANDS + 1..(side + 1) * BANDS].iter().copied())
+        mean(self.bands[i][side * BANDS + 1..(side + 1) * BANDS].iter().copied())
     }
 
     /// Median bands of the points between two that `counts` admits.
@@ -104,7 +104,7 @@ impl StemFlanks {
     /// Whether the flanks of each point differ from `reference`.
     fn changes(&self, reference: &Bands) -> Vec<bool> {
         let is_changed =
-            |(band, wanted): &(&Rgb, &Rgb)| rgb::distance(**band, **wanted) > BAND_CHANGE * self.contrast;
+            |(band, wanted): &(&Rgb, &Rgb)| distance(**band, **wanted) > BAND_CHANGE * self.contrast;
         self.bands
             .iter()
             .map(|bands| bands.iter().zip(reference).filter(is_changed).count() >= CHANGED_BANDS)
@@ -113,6 +113,7 @@ impl StemFlanks {
 
     /// First and last point of the first long stretch with unchanged flanks; `None` where there is none.
     pub(super) fn stem_stretch(&self) -> Option<(usize, usize)> {
+        // Region growing along the line: a seed learns the flanks, and the stretch grows until they change for good.
         let mut stretches: Vec<(usize, usize)> = Vec::new();
         let mut start = 0;
         while start + SEED_POINTS <= self.line.len() {
@@ -123,7 +124,8 @@ impl StemFlanks {
                 continue;
             }
             let mut last = last_unchanged(start..self.line.len(), &changes);
-            // The flanks of the whole stretch are a better reference than those of its beginning.
+            // The flanks of the whole stretch are a better reference than those of its seed: alternate between learning
+            // and growing until nothing changes, as in k-means.
             for _ in 0..6 {
                 let again = self.changes(&self.median_bands(start, last, |i| !changes[i]));
                 if again == changes {
@@ -144,15 +146,16 @@ impl StemFlanks {
     /// The 20 % quantile, over the points from `first` to `last`, of the least contrast to a band.
     pub(super) fn least_contrast(&self, first: usize, last: usize) -> f64 {
         let least = |i: usize| {
-            let distances = self.bands[i].iter().map(|&band| rgb::distance(self.stem[i], band));
+            let distances = self.bands[i].iter().map(|&band| distance(self.stem[i], band));
             distances.fold(f64::INFINITY, f64::min)
         };
-        math::statistics::quantile_nearest(&(first..=last).map(least).collect::<Vec<_>>(), 0.2)
+        quantile_nearest(&(first..=last).map(least).collect::<Vec<_>>(), 0.2)
     }
 
     /// Moves the line to the middle between the stem's edges: half of a stem may lie in its own shadow.
     pub(super) fn centre(&mut self, image: &SmoothedImage, first: usize, last: usize) {
-        let normals: Vec<PlanePoint> = (0..self.line.len()).map(|i| normal(&self.line, i)).collect();
+        let normals: Vec<PlanePoint> =
+            (0..self.line.len()).map(|i| normal(&self.line, i, POINTS_PER_WIDTH / 2)).collect();
         let (Some(left), Some(right)) =
             (self.edges(image, &normals, first, last, 0), self.edges(image, &normals, first, last, 1))
         else {
@@ -162,11 +165,10 @@ impl StemFlanks {
         let mean_shift = |i: usize| {
             let i = i.clamp(first, last) - first;
             let radius = 3 * POINTS_PER_WIDTH / 4;
-            let window = &shifts[i.saturating_sub(radius)..(i + radius + 1).min(shifts.len())];
-            window.iter().sum::<f64>() / window.len() as f64
+            statistics::mean(shifts[window(i, radius, shifts.len())].iter().copied())
         };
         let moved: Vec<PlanePoint> =
-            (0..self.line.len()).map(|i| offset_by(self.line[i], mean_shift(i), normals[i])).collect();
+            (0..self.line.len()).map(|i| along(self.line[i], normals[i], mean_shift(i))).collect();
         self.line = smooth(&moved, POINTS_PER_WIDTH / 4);
     }
 
@@ -182,20 +184,20 @@ impl StemFlanks {
     ) -> Option<Vec<f64>> {
         let sign = if side == 0 { -1.0 } else { 1.0 };
         let colour = |i: usize, across: f64| {
-            let window =
-                i.saturating_sub(POINTS_PER_WIDTH / 4)..(i + POINTS_PER_WIDTH / 4 + 1).min(self.line.len());
-            rgb::mean(window.map(|i| image.at(offset_by(self.line[i], across, normals[i]))))
+            let near = window(i, POINTS_PER_WIDTH / 4, self.line.len());
+            mean(near.map(|i| image.at(along(self.line[i], normals[i], across))))
         };
         let found: Vec<Option<f64>> = (first..=last)
             .map(|i| {
                 let radius = 3 * POINTS_PER_WIDTH;
                 let around = i.saturating_sub(radius).max(first)..=(i + radius).min(last);
                 let flank = rgb::median(&around.map(|i| self.outer_colour(i, side)).collect::<Vec<_>>());
+                // From the middle outwards, the first sample of the flank's colour after one of the stem's.
                 let mut was_inside = false;
                 let offsets = (0..(2.5 * self.width) as u32).map(|half| 0.5 * f64::from(half));
                 offsets.into_iter().find(|&across| {
                     let is_outside =
-                        rgb::distance(colour(i, sign * across), flank) < EDGE_CONTRAST * self.contrast;
+                        distance(colour(i, sign * across), flank) < EDGE_CONTRAST * self.contrast;
                     was_inside |= !is_outside;
                     was_inside && is_outside && across > 0.2 * self.width
                 })
@@ -204,13 +206,13 @@ impl StemFlanks {
         let radius = 5 * POINTS_PER_WIDTH / 4;
         let medians: Vec<Option<f64>> = (0..found.len())
             .map(|i| {
-                let window = &found[i.saturating_sub(radius)..(i + radius + 1).min(found.len())];
-                let edges: Vec<f64> = window.iter().copied().flatten().collect();
-                (!edges.is_empty()).then(|| math::statistics::quantile_nearest(&edges, 0.5))
+                let near = &found[window(i, radius, found.len())];
+                let edges: Vec<f64> = near.iter().copied().flatten().collect();
+                (!edges.is_empty()).then(|| quantile_nearest(&edges, 0.5))
             })
             .collect();
         let all: Vec<f64> = found.iter().copied().flatten().collect();
-        let overall = math::statistics::quantile_nearest(&all, 0.5);
+        let overall = quantile_nearest(&all, 0.5);
         (all.len() > 2).then(|| medians.into_iter().map(|edge| edge.unwrap_or(overall)).collect())
     }
 }
@@ -227,12 +229,4 @@ fn last_unchanged(points: impl Iterator<Item = usize>, changes: &[bool]) -> usiz
         }
     }
     last.unwrap_or(0)
-}
-
-/// Unit vector across a line at one of its points, to the right of its direction.
-pub(super) fn normal(line: &[PlanePoint], i: usize) -> PlanePoint {
-    let half = POINTS_PER_WIDTH / 2;
-    let (from, to) = (line[i.saturating_sub(half)], line[(i + half).min(line.len() - 1)]);
-    let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);
-    ((from.1 - to.1) / length, (to.0 - from.0) / length)
 }

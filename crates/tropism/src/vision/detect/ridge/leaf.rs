@@ -1,17 +1,18 @@
-//! Where leaves begin: above, a stem is not as wide as below any more, or something lies beside it.
+//! Where leaves begin: the width of the plant across the line changes, or a second leaf lies beside it.
 //!
 //! In: a line along a stem and beyond, and the stretch of it that is surely stem. Out: the point at which leaves begin.
-//! The one idea: what differs from the background on its side is plant. Along a stem the plant is as wide as at its
-//! beginning. A leaf is wider for long, its stalk is thinner, and a second leaf lies beside the first; from there the
-//! stem's end is found by going back to where the plant was last as wide as a stem.
+//! The one idea: samples that differ from the background on their side are plant. A leaf is wider than the stem over a
+//! long stretch, its stalk is thinner, and a second leaf lies beside the first. From there the stem's end is the last
+//! point at which the plant is as wide as a stem.
 //!
 //! All shares and widths here were chosen on the first half of the photographs with centre lines
 //! (`docs/vision.md`).
 
 use crate::math::statistics::quantile_nearest;
-use crate::vision::detect::curve::offset_by;
+use crate::math::vector::{along, distance, mean};
+use crate::vision::detect::curve::{normal, window};
 use crate::vision::detect::ridge::bar::SmoothedImage;
-use crate::vision::detect::ridge::flanks::{POINTS_PER_WIDTH, StemFlanks, normal};
+use crate::vision::detect::ridge::flanks::{POINTS_PER_WIDTH, StemFlanks};
 use crate::vision::detect::ridge::paint::Marks;
 use crate::vision::detect::ridge::rgb::{self, Rgb};
 
@@ -33,14 +34,14 @@ const BACKGROUND_POINTS: usize = 3 * POINTS_PER_WIDTH;
 /// Points of the sure stem from which on its width is learned.
 const WIDTH_POINTS: usize = 4 * POINTS_PER_WIDTH;
 
-/// Widths, as multiples of the stem's, of what is no stem: a leaf, or a leaf's stalk.
+/// Widths above which a cross-section is a leaf, and below which it is a leaf's stalk, as multiples of the stem's.
 const LEAF: f64 = 1.4;
 const STALK: f64 = 0.55;
 
 /// Plant beside the stem, in widths, that is a second leaf.
 const BESIDE: f64 = 0.7;
 
-/// Points over which it is no stem, and the share of them: marks painted on a stem are shorter.
+/// Number of points of which a share must be leaf where leaves begin: marks painted on a stem are shorter.
 const LASTING_POINTS: usize = 5 * POINTS_PER_WIDTH / 4;
 const LASTING_SHARE: f64 = 0.8;
 
@@ -48,7 +49,7 @@ const LASTING_SHARE: f64 = 0.8;
 const STEM_WIDTHS: std::ops::RangeInclusive<f64> = 0.7..=1.2;
 const STEM_BESIDE: f64 = 0.25;
 
-/// Points below there at which a stem begins to widen.
+/// Points below the leaf at which a stem begins to widen.
 const WIDENING_POINTS: usize = 3 * POINTS_PER_WIDTH / 8;
 
 /// Points from a single mark to the end of a stem within which it says where that is, and points above it within which
@@ -66,10 +67,10 @@ struct Extent {
 }
 
 impl StemFlanks {
-    /// The last point of the stem whose points from `first` to `last` are sure; `None` where no leaves are found above it, so
-    /// that its end is not known. From the point `path_end` on the line leads beyond what was followed: there only what is
-    /// wide is a leaf. Where a mark is painted on it, it reaches beyond that; where a row of them is, its end is
-    /// [found from the topmost](Self::end_above_marks).
+    /// The last point of the stem whose points from `first` to `last` are sure; `None` where no leaves are found above, so
+    /// that the end is unknown. From the point `path_end` on the line is extrapolated: there only a wide cross-section is a
+    /// leaf. A stem with a painted mark reaches beyond it, and one with a row of marks ends
+    /// [above the topmost](Self::end_above_marks).
     pub(super) fn stem_end(
         &self,
         image: &SmoothedImage,
@@ -97,7 +98,7 @@ impl StemFlanks {
             let leaf = next.clone().filter(|&i| is_leaf(i)).count();
             2 * next.len() > LASTING_POINTS && leaf as f64 >= LASTING_SHARE * next.len() as f64
         };
-        // What is no stem below a mark is another mark.
+        // Below the topmost mark, what looks like a leaf is another mark.
         let start = marks.map_or(sure.end + POINTS_PER_WIDTH, |marks| marks.topmost);
         let leaf = (start..extents.len()).find(|&i| is_leaf(i) && lasts(i))?;
         if let Some(Marks { topmost, is_row: true }) = marks {
@@ -118,15 +119,14 @@ impl StemFlanks {
             rgb::median(&around.map(|i| self.outer_colour(i, side)).collect::<Vec<_>>())
         };
         let profile = |i: usize| -> Vec<Rgb> {
-            let normal = normal(&self.line, i);
+            let normal = normal(&self.line, i, POINTS_PER_WIDTH / 2);
             let across = |k: usize| (k as f64 - SIDE as f64) / SAMPLES_PER_WIDTH as f64 * self.width;
-            (0..=2 * SIDE).map(|k| image.at(offset_by(self.line[i], across(k), normal))).collect()
+            (0..=2 * SIDE).map(|k| image.at(along(self.line[i], normal, across(k)))).collect()
         };
         let profiles: Vec<Vec<Rgb>> = (0..self.line.len()).map(profile).collect();
         let is_plant = |i: usize, k: usize, background: Rgb| {
-            let near = i.saturating_sub(2)..(i + 3).min(profiles.len());
-            let colour = rgb::mean(profiles[near].iter().map(|profile| profile[k]));
-            let difference = rgb::distance(colour, background) / self.contrast;
+            let colour = mean(profiles[window(i, 2, profiles.len())].iter().map(|profile| profile[k]));
+            let difference = distance(colour, background) / self.contrast;
             ((difference - LEAST_PLANT) / (WHOLE_PLANT - LEAST_PLANT)).clamp(0.0, 1.0)
         };
         let extents: Vec<Extent> = (0..profiles.len())
@@ -138,8 +138,7 @@ impl StemFlanks {
             })
             .collect();
         let median = |i: usize, of: fn(&Extent) -> f64| {
-            let near = i.saturating_sub(2)..(i + 3).min(extents.len());
-            quantile_nearest(&extents[near].iter().map(of).collect::<Vec<_>>(), 0.5)
+            quantile_nearest(&extents[window(i, 2, extents.len())].iter().map(of).collect::<Vec<_>>(), 0.5)
         };
         (0..extents.len())
             .map(|i| Extent { width: median(i, |extent| extent.width), all: median(i, |extent| extent.all) })

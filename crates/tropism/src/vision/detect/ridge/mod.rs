@@ -1,10 +1,10 @@
 //! Stem by its form, as a ridge, where its colour does not separate it from its surroundings.
 //!
 //! In: a picture and the point where the stem leaves the soil. Out: the midline of the stem, or nothing. The one
-//! idea: across a stem lies a bar that differs from both of its sides in the same way, be it brighter, darker or of
-//! another colour; the path from the base with the greatest contrast of such bars is the stem. What lies beside a
-//! stem is the wall behind it and stays the same. Where there is no long clear stretch of this kind, no stem is given.
-//! Above it, the stem ends where the plant is not as wide any more, or below the node above its topmost mark.
+//! idea: a cross-section of a stem is a bar that differs from both sides in the same way: brighter, darker or of another
+//! colour. The path from the base with the greatest contrast of such bars is the stem. Its flanks show the wall behind it
+//! and do not change; without a long stretch of this kind no stem is given. Above that stretch, the stem ends where the
+//! plant's width changes, or below the node above its topmost mark.
 //!
 //! The constants of this module and its children were chosen by hand on the first half of the photographs of sunflower
 //! seedlings with centre lines (`docs/vision.md`).
@@ -17,10 +17,11 @@ mod paint;
 mod leaf;
 mod node;
 
-use crate::geometry::{Pixel, Region};
+use crate::geometry::{Pixel, Region, path};
+use crate::math::vector::{along, distance};
 use crate::photo::Image;
 use crate::vision::config::VisionConfig;
-use crate::vision::detect::curve::{PlanePoint, direction, distance, offset_by, resample};
+use crate::vision::detect::curve::{PlanePoint, direction, resample};
 use crate::vision::detect::detection::Detection;
 use crate::vision::detect::occupancy::OccupancyGrid;
 use crate::vision::detect::silhouette::is_silhouette;
@@ -90,19 +91,19 @@ pub(super) fn find_stem(image: &Image, base: PlanePoint, min_contrast: f64) -> O
     is_long.then_some(StemRidge { line: flanks.line, width, contrast })
 }
 
-/// Leads a line straight on by two widths: its path stops where a wide leaf begins, which has no flanks.
+/// Extends a line straight by two widths: its path stops where a wide leaf begins, which has no flanks.
 fn extend(line: &mut Vec<PlanePoint>) {
     let (end, before) = (line[line.len() - 1], line[line.len().saturating_sub(1 + POINTS_PER_WIDTH)]);
     let step = distance(before, end) / POINTS_PER_WIDTH as f64;
     let tangent = direction(before, end);
-    line.extend((1..=2 * POINTS_PER_WIDTH).map(|i| offset_by(end, i as f64 * step, tangent)));
+    line.extend((1..=2 * POINTS_PER_WIDTH).map(|i| along(end, tangent, i as f64 * step)));
 }
 
 /// Corrects a detection by colour where the crop contains a pot, or detects the stem where colour found no plant.
 ///
-/// Where the crop does not "exclude the pot" (section 2.2.2) and what lies below the base is bright, colour cannot
-/// tell where the stem begins and what lies beside it. Then the stem is found by its form, or none is given. In a
-/// photograph that `is_alone` no other can tell a wrong stem, so its form is looked for without a pot, too.
+/// Where the crop does not "exclude the pot" (section 2.2.2) and the picture is bright below the base, colour does not
+/// separate stem and pot. Then the stem is found by its form, or none is given. A photograph that `is_alone` has no
+/// neighbours to reject a wrong stem by, so its stem is found by form without a pot, too.
 pub(super) fn detect(
     image: &dyn PixelSource,
     crop: Region,
@@ -116,8 +117,8 @@ pub(super) fn detect(
     let middle = (scale - 1.0) / 2.0;
     let origin = Pixel::new(crop.x as f64 + middle, crop.y as f64 + middle);
     let foot = base;
-    let base = ((base.x - origin.x) / scale, (base.y - origin.y) / scale);
-    if base.1 + 1.0 >= (crop.height / step) as f64 {
+    let base = [(base.x - origin.x) / scale, (base.y - origin.y) / scale];
+    if base[1] + 1.0 >= (crop.height / step) as f64 {
         return by_colour;
     }
     let small = image.downscale(crop, step);
@@ -135,7 +136,7 @@ pub(super) fn detect(
         });
     };
     let stem: Vec<Pixel> =
-        ridge.line.iter().map(|at| Pixel::new(origin.x + scale * at.0, origin.y + scale * at.1)).collect();
+        ridge.line.iter().map(|at| origin + Pixel::new(scale * at[0], scale * at[1])).collect();
     let top = stem.iter().copied().min_by(|one, other| one.y.total_cmp(&other.y))?;
     let apex = stem.last().copied();
     // A tip by colour that lies below the stem's top is not the plant's.
@@ -153,13 +154,12 @@ pub(super) fn detect(
 /// Whether the stem of a detection by colour begins at `base` and is long enough to be one.
 fn begins_at(found: &Detection, base: Pixel) -> bool {
     let (Some(stem), Some(width)) = (found.stem.as_deref(), found.stem_width) else { return false };
-    let length: f64 = stem.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-    length >= MIN_LENGTH_BY_COLOUR * width && stem[0].distance(base) <= MAX_START * width
+    path::length(stem) >= MIN_LENGTH_BY_COLOUR * width && stem[0].distance(base) <= MAX_START * width
 }
 
 /// What a picture shows around the base.
 struct Surroundings {
-    /// Whether most of what lies just below the base is bright: a pot, not dark soil.
+    /// Whether most samples just below the base are bright: a pot, not dark soil.
     has_pot: bool,
     /// Whether the picture is a silhouette.
     is_silhouette: bool,
@@ -167,14 +167,14 @@ struct Surroundings {
 
 impl Surroundings {
     fn of(small: &Image, base: PlanePoint, config: &VisionConfig) -> Self {
-        let whole = Region { x: 0, y: 0, width: small.width, height: small.height };
+        let whole = small.region();
         let luma = sample_gaussian(small, whole, LUMA, config.sigma, 1);
         let levels = Levels::from_plane(&luma, config.bright_samples);
         let level = levels.threshold(POT_LEVEL);
         let half_width = MAX_WIDTH_SHARE * small.width.min(small.height) as f64;
         let depth = POT_DEPTH * small.height as f64;
         let is_below = |x: usize, y: usize| {
-            (x as f64 - base.0).abs() <= half_width && (2.0..depth + 3.0).contains(&(y as f64 - base.1))
+            (x as f64 - base[0]).abs() <= half_width && (2.0..depth + 3.0).contains(&(y as f64 - base[1]))
         };
         let (mut all, mut bright) = (0, 0);
         for (i, &value) in luma.values.iter().enumerate() {
@@ -195,7 +195,7 @@ mod tests {
 
     /// The middle of a drawn stem at a height above the base.
     fn middle(rise: f64) -> PlanePoint {
-        (70.0 + 0.002 * rise * rise, 170.0 - rise)
+        [70.0 + 0.002 * rise * rise, 170.0 - rise]
     }
 
     /// A leaning stem nine pixels wide with a painted mark, before a wall that brightens to the right. It grows out
@@ -212,7 +212,7 @@ mod tests {
             let (x, y) = ((i % SIZE.0) as f64, (i / SIZE.0) as f64);
             let rise = 170.0 - y;
             let half = if rise > 100.0 { 14.0 } else { 4.5 };
-            let is_plant = (0.0..150.0).contains(&rise) && (x - middle(rise).0).abs() < half;
+            let is_plant = (0.0..150.0).contains(&rise) && (x - middle(rise)[0]).abs() < half;
             let is_pot = y > 170.0 && (20.0..140.0).contains(&x);
             let wall = 40.0 + 0.2 * x;
             rgb.extend(match () {
@@ -227,12 +227,12 @@ mod tests {
     #[test]
     fn a_stem_is_followed_from_a_bright_pot_to_where_its_leaf_begins() {
         for colour in [[40.0, 60.0, 240.0], [160.0, 170.0, 90.0], [0.0, 0.0, 5.0]] {
-            let found = find_stem(&picture(colour), (70.0, 170.0), 6.0).unwrap();
-            for &(x, y) in &found.line[POINTS_PER_WIDTH..found.line.len() - POINTS_PER_WIDTH] {
-                assert!((x - middle(170.0 - y).0).abs() < 1.5, "{colour:?}: {x}, {y}");
+            let found = find_stem(&picture(colour), [70.0, 170.0], 6.0).unwrap();
+            for &[x, y] in &found.line[POINTS_PER_WIDTH..found.line.len() - POINTS_PER_WIDTH] {
+                assert!((x - middle(170.0 - y)[0]).abs() < 1.5, "{colour:?}: {x}, {y}");
             }
             let last = found.line[found.line.len() - 1];
-            assert!((last.1 - 70.0).abs() < 12.0, "{colour:?}: {last:?}");
+            assert!((last[1] - 70.0).abs() < 12.0, "{colour:?}: {last:?}");
             assert!((5.0..13.0).contains(&found.width), "{}", found.width);
         }
     }
@@ -240,8 +240,8 @@ mod tests {
     #[test]
     fn a_stem_with_a_row_of_marks_ends_between_the_topmost_and_its_leaf() {
         let rise = |marks: &[f64]| {
-            let found = find_stem(&marked_picture([40.0, 60.0, 240.0], marks), (70.0, 170.0), 6.0).unwrap();
-            170.0 - found.line[found.line.len() - 1].1
+            let found = find_stem(&marked_picture([40.0, 60.0, 240.0], marks), [70.0, 170.0], 6.0).unwrap();
+            170.0 - found.line[found.line.len() - 1][1]
         };
         let ends = [rise(&[54.0, 64.0, 74.0]), rise(&[20.0, 40.0, 60.0])];
         assert!((80.0..100.0).contains(&ends[0]), "{ends:?}");
@@ -251,10 +251,10 @@ mod tests {
     #[test]
     fn no_stem_is_given_where_none_is_clear() {
         let stem = picture([40.0, 60.0, 240.0]);
-        assert!(find_stem(&stem, (20.0, 80.0), 6.0).is_none(), "the wall");
+        assert!(find_stem(&stem, [20.0, 80.0], 6.0).is_none(), "the wall");
         let short =
             Image { rgb: stem.rgb[3 * SIZE.0 * 60..3 * SIZE.0 * 100].to_vec(), height: 40, ..stem.clone() };
-        assert!(find_stem(&short, (80.0, 39.0), 6.0).is_none(), "too short to tell");
-        assert!(find_stem(&Image { width: 8, height: 8, rgb: vec![9; 192] }, (4.0, 7.0), 6.0).is_none());
+        assert!(find_stem(&short, [80.0, 39.0], 6.0).is_none(), "too short to tell");
+        assert!(find_stem(&Image { width: 8, height: 8, rgb: vec![9; 192] }, [4.0, 7.0], 6.0).is_none());
     }
 }

@@ -10,8 +10,8 @@
 //! eye (`docs/vision.md`).
 
 use crate::math;
-use crate::math::vector::{dot, sub};
-use crate::vision::detect::curve::{direction, offset_by};
+use crate::math::vector::{along, dot, mean, sub};
+use crate::vision::detect::curve::direction;
 use crate::vision::detect::ridge::bar::SmoothedImage;
 use crate::vision::detect::ridge::flanks::{POINTS_PER_WIDTH, StemFlanks};
 use crate::vision::detect::ridge::rgb::{self, Rgb};
@@ -93,17 +93,17 @@ impl StemFlanks {
             .map(|side| rgb::median(&around.clone().map(|i| self.outer_colour(i, side)).collect::<Vec<_>>()));
         let step = self.width / POINTS_PER_WIDTH as f64;
         let at = self.line[topmost];
-        let along = direction(self.line[topmost.saturating_sub(AXIS_POINTS)], at);
-        let across = (-along.1, along.0);
+        let upwards = direction(self.line[topmost.saturating_sub(AXIS_POINTS)], at);
+        let across = [-upwards[1], upwards[0]];
         let colour = |row: usize, k: usize| -> Rgb {
-            let middle = offset_by(at, (row as f64 - ROWS_BELOW as f64) * step, along);
-            image.at(offset_by(middle, (k as f64 - SIDE as f64) * step, across))
+            let middle = along(at, upwards, (row as f64 - ROWS_BELOW as f64) * step);
+            image.at(along(middle, across, (k as f64 - SIDE as f64) * step))
         };
         let is_plant = |row: usize, k: usize| {
-            let mean = rgb::mean((row.saturating_sub(1)..=row + 1).map(|row| colour(row, k)));
+            let colour = mean((row.saturating_sub(1)..=row + 1).map(|row| colour(row, k)));
             let background = background[usize::from(k >= SIDE)];
             let whole = sub(stem, background);
-            dot(sub(mean, background), whole) > PLANT * dot(whole, whole)
+            dot(sub(colour, background), whole) > PLANT * dot(whole, whole)
         };
         (0..=ROWS_BELOW + ROWS_ABOVE).map(|row| (0..=2 * SIDE).map(|k| is_plant(row, k)).collect()).collect()
     }

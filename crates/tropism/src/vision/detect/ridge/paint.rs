@@ -1,25 +1,26 @@
 //! Marks painted on a stem, by which growth is measured: red dots and rings, up to where the stem ends.
 //!
 //! In: a line along a stem and beyond, and the stretch of it that is surely stem. Out: where the topmost mark ends. The
-//! one idea: the share of red less that of green is much higher in a mark than in the stem and in what lies beside it,
-//! and a mark is short. Shares of the colour, not its levels, for many a mark lies in the shade.
+//! one idea: the share of red less that of green is much higher in a mark than in the stem and its flanks, and a mark
+//! is short. Shares do not change in the shade, levels do.
 //!
 //! All shares and widths here were chosen on the first half of the photographs with centre lines
 //! (`docs/vision.md`).
 
-use crate::math::statistics::quantile_nearest;
-use crate::vision::detect::curve::offset_by;
+use crate::math::statistics::{mean, quantile_nearest};
+use crate::math::vector::along;
+use crate::vision::detect::curve::{normal, window};
 use crate::vision::detect::ridge::bar::SmoothedImage;
-use crate::vision::detect::ridge::flanks::{POINTS_PER_WIDTH, StemFlanks, normal};
+use crate::vision::detect::ridge::flanks::{POINTS_PER_WIDTH, StemFlanks};
 use crate::vision::detect::ridge::rgb::{self, Rgb};
 
-/// Offsets to each side of the line at which a mark is looked for, in eighths of a width: rings stand out of the stem.
+/// Greatest offset from the line at which a mark is searched, in eighths of a width: rings are wider than the stem.
 const ACROSS: i32 = 6;
 
 /// Offsets over which a redness is averaged.
 const AVERAGED: usize = 3;
 
-/// Redness of a mark above that of the stem and of what lies beside it.
+/// Least redness of a mark above that of the stem and its flanks.
 const MARK: f64 = 0.06;
 
 /// Brightness, as a share of the stem's, that is added to a colour's, so that the noise of the dark is not red.
@@ -43,9 +44,10 @@ pub(super) struct Marks {
 impl StemFlanks {
     /// The marks on a stem whose points from `first` to `last` are sure; `None` where there are none.
     pub(super) fn marks(&self, image: &SmoothedImage, first: usize, last: usize) -> Option<Marks> {
-        let normals: Vec<_> = (0..self.line.len()).map(|i| normal(&self.line, i)).collect();
+        let normals: Vec<_> =
+            (0..self.line.len()).map(|i| normal(&self.line, i, POINTS_PER_WIDTH / 2)).collect();
         let at = |i: usize, eighths: i32| {
-            image.at(offset_by(self.line[i], f64::from(eighths) / 8.0 * self.width, normals[i]))
+            image.at(along(self.line[i], normals[i], f64::from(eighths) / 8.0 * self.width))
         };
         let sure = first..=last;
         let stem = rgb::median(&sure.clone().map(|i| at(i, 0)).collect::<Vec<_>>());
@@ -65,10 +67,7 @@ impl StemFlanks {
             means.fold(f64::NEG_INFINITY, f64::max)
         };
         let reddest: Vec<f64> = (0..self.line.len()).map(reddest).collect();
-        let is_red = |i: usize| {
-            let near = &reddest[i.saturating_sub(1)..(i + 2).min(reddest.len())];
-            near.iter().sum::<f64>() / near.len() as f64 > usual + MARK
-        };
+        let is_red = |i: usize| mean(reddest[window(i, 1, reddest.len())].iter().copied()) > usual + MARK;
         row_of_marks((0..reddest.len()).map(is_red))
     }
 }

@@ -1,30 +1,16 @@
-//! Arithmetic of colours: distance, mean, median, and the noise of a picture.
+//! Colours with fractions: their median, and the noise of a picture.
 
-use crate::math;
+use crate::math::statistics::quantile_nearest;
+use crate::math::vector::Vec3;
 use crate::photo::Image;
 
 /// A colour between pixels or averaged over them: red, green and blue from 0 to 255.
-pub(super) type Rgb = [f64; 3];
-
-/// Euclidean distance of two colours, in grey values.
-pub(super) fn distance(one: Rgb, other: Rgb) -> f64 {
-    math::vector::distance(one, other)
-}
-
-/// Mean colour.
-pub(super) fn mean(colours: impl Iterator<Item = Rgb>) -> Rgb {
-    let (mut sum, mut count) = ([0.0; 3], 0.0);
-    for colour in colours {
-        sum.iter_mut().zip(colour).for_each(|(sum, value)| *sum += value);
-        count += 1.0;
-    }
-    sum.map(|sum| sum / f64::max(count, 1.0))
-}
+pub(super) type Rgb = Vec3;
 
 /// Median of each channel.
 pub(super) fn median(colours: &[Rgb]) -> Rgb {
     std::array::from_fn(|i| {
-        math::statistics::quantile_nearest(&colours.iter().map(|colour| colour[i]).collect::<Vec<_>>(), 0.5)
+        quantile_nearest(&colours.iter().map(|colour| colour[i]).collect::<Vec<_>>(), 0.5)
     })
 }
 

@@ -75,8 +75,8 @@ impl Node {
     fn is_duplicate(&self, other: &Self) -> bool {
         let cell = |at: f64| (at / (0.3 * self.first_width)).floor();
         let sector = |heading: f64| (heading / 0.17).floor();
-        cell(self.at.0) == cell(other.at.0)
-            && cell(self.at.1) == cell(other.at.1)
+        cell(self.at[0]) == cell(other.at[0])
+            && cell(self.at[1]) == cell(other.at[1])
             && sector(self.heading) == sector(other.heading)
     }
 }
@@ -94,6 +94,7 @@ impl SmoothedImage {
             let mut candidates: Vec<Node> =
                 beam.iter().flat_map(|&from| self.successors(&nodes, from, contrast)).collect();
             candidates.sort_by(|one, other| other.score.total_cmp(&one.score));
+            // Non-maximum suppression keeps the beam from filling with copies of one path.
             beam.clear();
             for node in candidates {
                 if beam.len() < BEAM_WIDTH
@@ -107,6 +108,7 @@ impl SmoothedImage {
             if nodes[leader].score > nodes[best].score {
                 best = leader;
             } else if nodes[leader].score < nodes[best].score - 3.0 * nodes[leader].first_width - 8.0 {
+                // No path regains so much: three widths of full contrast.
                 break;
             }
         }
@@ -130,7 +132,7 @@ impl SmoothedImage {
             for degrees in (-MAX_LEAN..=MAX_LEAN).step_by(LEAN_STEP as usize) {
                 let heading = f64::from(degrees).to_radians();
                 for aside in [-0.5, -0.25, 0.0, 0.25, 0.5] {
-                    let at = (base.0 + aside * width, base.1);
+                    let at = [base[0] + aside * width, base[1]];
                     let node = Node { at, heading, width, score: 0.0, first_width: width, predecessor: None };
                     pieces.push((self.piece_contrast(&node), node));
                 }
@@ -152,7 +154,7 @@ impl SmoothedImage {
         let (sin, cos) = (math::sin(node.heading), math::cos(node.heading));
         let mut bars: [f64; PIECE_BARS] = std::array::from_fn(|i| {
             let distance = 0.5 * i as f64 * node.width;
-            let at = (node.at.0 + distance * sin, node.at.1 - distance * cos);
+            let at = [node.at[0] + distance * sin, node.at[1] - distance * cos];
             self.bar_contrast(at, node.heading, node.width)
         });
         bars.sort_by(f64::total_cmp);
@@ -167,7 +169,7 @@ impl SmoothedImage {
         for turn in TURNS.map(f64::to_radians) {
             // An arc: its chord has the mean heading.
             let (heading, chord) = (node.heading + turn, node.heading + turn / 2.0);
-            let at = (node.at.0 + length * math::sin(chord), node.at.1 - length * math::cos(chord));
+            let at = [node.at[0] + length * math::sin(chord), node.at[1] - length * math::cos(chord)];
             if !self.contains(at) || heading.abs() > std::f64::consts::PI {
                 continue;
             }
