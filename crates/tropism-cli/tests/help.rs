@@ -98,7 +98,7 @@ fn shells_complete_commands_and_options() {
         for word in ["safe-state", "json-lines"] {
             assert!(script.contains(word), "{shell}: {word}");
         }
-        assert!(!script.contains("guard"), "{shell}");
+        assert!(!script.contains("watchdog"), "{shell}");
     }
 }
 
@@ -112,5 +112,5 @@ fn each_command_has_a_manual_page() {
         assert!(page.contains("Example"), "{command}");
         assert!(program.contains(&command.replace('-', "\\-")), "{command}");
     }
-    assert!(!folder.path().join("tropism-guard.1").exists());
+    assert!(!folder.path().join("tropism-watchdog.1").exists());
 }

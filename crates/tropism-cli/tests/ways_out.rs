@@ -11,7 +11,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, Mutex};
 use std::thread::{self, sleep};
@@ -162,6 +162,10 @@ struct Tent {
 
 impl Tent {
     fn new(switches: Switches, camera: &str) -> Self {
+        Self::with_period(switches, camera, 5.0)
+    }
+
+    fn with_period(switches: Switches, camera: &str, period_min: f64) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         let (calibration, photograph) = &*PHOTOGRAPHED;
@@ -180,7 +184,7 @@ impl Tent {
         };
         let camera = camera.replace("PHOTOGRAPH", &path.join("photograph.jpg").display().to_string());
         let rig = format!(
-            "period_min = 5.0\n[patience]\nfree_mb = 0\n[camera]\n{camera}\n{light}settle_s = 0.01\nmax_on_s = 5.0\n\
+            "period_min = {period_min:?}\n[patience]\nfree_mb = 0\nballast_mb = 1\n[camera]\n{camera}\n{light}settle_s = 0.01\nmax_on_s = 5.0\n\
              [vision.crop]\nx = 4\ny = 10\nwidth = 316\nheight = 190\n[calibration]\n{}",
             calibration.replace("[base]", "[calibration.base]")
         );
@@ -215,16 +219,41 @@ impl Tent {
         !self.devices.is_lit() && flash.trim() != "on"
     }
 
+    /// Waits until all light is off, not for long; how long it took.
+    fn is_dark_within(&self, limit: Duration) -> Option<Duration> {
+        let began = Instant::now();
+        while !self.is_dark() {
+            if began.elapsed() > limit {
+                return None;
+            }
+            sleep(Duration::from_millis(20));
+        }
+        Some(began.elapsed())
+    }
+
     /// Waits until all light is off; how long it took.
     #[track_caller]
     fn goes_dark(&self, way: &str) -> Duration {
-        let began = Instant::now();
-        while !self.is_dark() {
-            let log = || fs::read_to_string(self.folder.path().join("run/guard.log")).unwrap_or_default();
-            assert!(began.elapsed() < WITHIN, "{way}: light after {WITHIN:?}; guard: {}", log());
-            sleep(Duration::from_millis(20));
-        }
-        began.elapsed()
+        let log = || fs::read_to_string(self.folder.path().join("run/watchdog.log")).unwrap_or_default();
+        self.is_dark_within(WITHIN)
+            .unwrap_or_else(|| panic!("{way}: light after {WITHIN:?}; watchdog: {}", log()))
+    }
+
+    /// Starts a watchdog of the process `run` in this tent; its input comes with it.
+    fn watchdog(&self, run: u32, silence_s: u64) -> (Child, ChildStdin) {
+        let rig = fs::read_to_string(self.folder.path().join("rig.toml")).unwrap();
+        let rig = toml::from_str(&rig).unwrap();
+        let plan = tropism_lab::watchdog::WatchdogPlan { process: run, silence_s, rig };
+        let mut watchdog = tropism(self.folder.path(), &["watchdog", "run"]);
+        let mut watchdog = watchdog.stdin(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+        let mut pipe = watchdog.stdin.take().unwrap();
+        write!(pipe, "{}\0", toml::to_string(&plan).unwrap()).unwrap();
+        (watchdog, pipe)
+    }
+
+    fn events(&self) -> Vec<tropism::rig::Event> {
+        let journal = self.folder.path().join("run/journal.sqlite");
+        Journal::open_to_read(&journal).and_then(|journal| journal.events()).unwrap_or_default()
     }
 }
 
@@ -281,6 +310,41 @@ fn for_all<Way: Send>(ways: impl IntoIterator<Item = Way>, holds: impl Fn(Way) +
     });
 }
 
+/// Waits for something that comes soon.
+#[track_caller]
+fn wait_for(what: &str, is_there: impl Fn() -> bool) {
+    let began = Instant::now();
+    while !is_there() {
+        assert!(began.elapsed() < Duration::from_secs(60), "waited in vain for {what}");
+        sleep(Duration::from_millis(20));
+    }
+}
+
+/// The processes that `process` started and that still live, as Linux lists them.
+fn children_of(process: u32) -> Vec<u32> {
+    let is_child = |entry: &fs::DirEntry| {
+        let stat = fs::read_to_string(entry.path().join("stat")).unwrap_or_default();
+        let mut fields = stat.rsplit_once(')').map_or("", |(_, rest)| rest).split_whitespace();
+        fields.next() != Some("Z") && fields.next() == Some(&*process.to_string())
+    };
+    let found = fs::read_dir("/proc").unwrap().flatten().filter(is_child);
+    found.filter_map(|entry| entry.file_name().to_str()?.parse().ok()).collect()
+}
+
+fn watchdogs_of(run: &Child) -> Vec<u32> {
+    let is_watchdog = |process: &u32| {
+        let words = fs::read_to_string(format!("/proc/{process}/cmdline")).unwrap_or_default();
+        words.split('\0').any(|word| word == "watchdog")
+    };
+    children_of(run.id()).into_iter().filter(is_watchdog).collect()
+}
+
+#[track_caller]
+fn watchdog_of(run: &Child) -> u32 {
+    wait_for("a watchdog", || !watchdogs_of(run).is_empty());
+    watchdogs_of(run)[0]
+}
+
 fn send(signal: &str, process: u32) {
     assert!(Command::new("kill").args([signal, &process.to_string()]).status().unwrap().success());
 }
@@ -331,7 +395,7 @@ fn a_run_that_ends_by_itself_or_by_an_error_leaves_it_dark() {
 }
 
 #[test]
-fn devices_that_hang_at_the_end_are_put_off_by_the_guard_when_they_hear_again() {
+fn devices_that_hang_at_the_end_are_put_off_by_the_watchdog_when_they_hear_again() {
     let ways = Switches::all().flat_map(|switches| ["-TERM", "-KILL"].map(|signal| (switches, signal)));
     for_all(ways, |(switches, signal)| {
         let tent = Tent::new(switches, CAMERA);
@@ -347,20 +411,156 @@ fn devices_that_hang_at_the_end_are_put_off_by_the_guard_when_they_hear_again() 
 }
 
 #[test]
-fn a_run_that_is_stopped_for_good_is_killed_by_its_guard() {
+fn a_run_that_is_stopped_for_good_is_killed_by_its_watchdog() {
     for_all(Switches::all(), |switches| {
         let tent = Tent::new(switches, CAMERA);
         let mut child = tent.lit(&mut tent.command());
-        // Its own guard waits for minutes; this one listens to nobody.
+        // Its own watchdog waits for minutes; this one hears nothing.
         send("-STOP", child.id());
-        let mut guard = tropism(tent.folder.path(), &["guard", "run", "--silence", "1"]);
-        let mut guard = guard.stdin(Stdio::piped()).spawn().unwrap();
-        let silent = guard.stdin.take();
-        assert!(guard.wait().unwrap().success());
+        let (mut watchdog, silent) = tent.watchdog(child.id(), 1);
+        assert!(watchdog.wait().unwrap().success());
         drop(silent);
         assert!(!child.wait().unwrap().success());
-        println!("{switches:?}, hang: dark {:?} after the guard's time", tent.goes_dark("hang"));
+        println!("{switches:?}, hang: dark {:?} after the watchdog's time", tent.goes_dark("hang"));
     });
+}
+
+#[test]
+fn a_watchdog_that_is_killed_or_hangs_is_replaced_and_the_run_says_so() {
+    for_all(["-KILL", "-STOP", "-SEGV"], |signal| {
+        let tent = Tent::with_period(Switches::Wled, CAMERA, 0.05);
+        let mut child = tent.lit(&mut tent.command());
+        let first = watchdog_of(&child);
+        send(signal, first);
+        wait_for("another watchdog", || watchdogs_of(&child).into_iter().any(|found| found != first));
+        wait_for("an event", || {
+            let events = tent.events();
+            events.iter().any(|event| event.text.contains("watchdog ended"))
+        });
+        let status = tropism(tent.folder.path(), &["status", "run"]).output().unwrap();
+        let status = String::from_utf8_lossy(&status.stdout).into_owned();
+        assert!(status.contains("watchdog ended"), "{status}");
+        wait_for("light", || tent.devices.is_lit());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        println!("watchdog {signal}, run -KILL: dark {:?} after it", tent.goes_dark(signal));
+    });
+}
+
+#[test]
+fn a_run_ends_in_order_beside_a_watchdog_that_hangs_and_leaves_its_light_to_another() {
+    for_all([false, true], |devices_hang| {
+        let tent = Tent::new(Switches::Wled, CAMERA);
+        let mut child = tent.lit(&mut tent.command());
+        send("-STOP", watchdog_of(&child));
+        tent.devices.hang.store(devices_hang, Ordering::SeqCst);
+        let began = Instant::now();
+        send("-TERM", child.id());
+        child.wait().unwrap();
+        println!("watchdog -STOP, run -TERM: it ended after {:?}", began.elapsed());
+        tent.devices.hang.store(false, Ordering::SeqCst);
+        tent.goes_dark("-TERM beside a watchdog that hangs");
+    });
+}
+
+#[test]
+fn a_run_that_was_frozen_with_its_watchdog_goes_on() {
+    let tent = Tent::new(Switches::Wled, CAMERA);
+    // What stands in for the run: the test speaks for it.
+    let mut child = Command::new("sleep").arg("60").spawn().unwrap();
+    let (watchdog, mut pipe) = tent.watchdog(child.id(), 4);
+    for _ in 0..2 {
+        pipe.write_all(b".").unwrap();
+        sleep(Duration::from_secs(1));
+        send("-STOP", watchdog.id());
+        sleep(Duration::from_secs(6));
+        send("-CONT", watchdog.id());
+        // The run wakes later than its watchdog.
+        sleep(Duration::from_secs(1));
+    }
+    assert!(child.try_wait().unwrap().is_none(), "the run goes on");
+    pipe.write_all(b"!").unwrap();
+    assert!(watchdog.wait_with_output().unwrap().status.success());
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+#[test]
+fn a_run_folder_that_is_moved_or_deleted_keeps_no_lamp_lit() {
+    for_all(
+        Switches::all().flat_map(|switches| [(switches, true), (switches, false)]),
+        |(switches, is_moved)| {
+            let tent = Tent::new(switches, CAMERA);
+            let mut child = tent.lit(&mut tent.command());
+            let run = tent.folder.path().join("run");
+            if is_moved {
+                fs::rename(&run, tent.folder.path().join("moved")).unwrap();
+            } else {
+                fs::remove_dir_all(&run).unwrap();
+            }
+            child.kill().unwrap();
+            child.wait().unwrap();
+            println!(
+                "{switches:?}, folder moved or deleted: dark {:?} after the kill",
+                tent.goes_dark("moved")
+            );
+        },
+    );
+}
+
+/// On a disk of its own, which needs the right to mount one.
+#[test]
+fn a_disk_that_fails_keeps_no_lamp_lit() {
+    let image = tempfile::tempdir().unwrap();
+    let sh = |script: &str, folder: &Path| {
+        let done = Command::new("sh").args(["-c", script, "sh"]).arg(image.path()).arg(folder).output();
+        done.is_ok_and(|done| done.status.success())
+    };
+    let make = "truncate -s 32M $1/disk && mkfs.ext4 -q -F $1/disk";
+    let has_freeze = sh("command -v fsfreeze", image.path());
+    for (how, fail, heal) in [
+        ("read-only", "mount -o remount,abort $2/run; true", "true"),
+        ("frozen", "fsfreeze -f $2/run", "fsfreeze -u $2/run"),
+    ] {
+        let tent = Tent::new(Switches::Wled, CAMERA);
+        let folder = tent.folder.path();
+        fs::create_dir(folder.join("run")).unwrap();
+        if !(has_freeze && sh(make, folder) && sh("mount -o loop $1/disk $2/run", folder)) {
+            println!("skipped: no disk can be mounted here");
+            return;
+        }
+        let mut child = tent.lit(&mut tent.command());
+        assert!(sh(fail, folder));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let took = tent.is_dark_within(WITHIN);
+        assert!(sh(heal, folder));
+        // The watchdog lets go of its log.
+        wait_for("the end of the disk", || sh("umount $2/run", folder));
+        println!("disk {how}: dark {:?} after the kill", took.expect("dark"));
+    }
+}
+
+#[test]
+fn a_run_that_is_refused_leaves_no_watchdog() {
+    let tent = Tent::new(Switches::Wled, CAMERA);
+    let rig = tent.folder.path().join("rig.toml");
+    let text = fs::read_to_string(&rig).unwrap();
+    let keep = text.replace("[lamps.left]", "[lamps]\non_exit = \"keep\"\n[lamps.left]");
+    fs::write(&rig, keep).unwrap();
+    let mut child = tent.lit(&mut tent.command());
+    // The same lamps, which this one would darken.
+    fs::write(&rig, text).unwrap();
+    let words = ["run", "--rig", "rig.toml", "--controller", "periodic", "--out", "other"];
+    let refused = tropism(tent.folder.path(), &words).spawn().unwrap();
+    let process = refused.id();
+    assert_eq!(refused.wait_with_output().unwrap().status.code(), Some(1));
+    assert_eq!(children_of(process), [0; 0]);
+    assert!(!tent.folder.path().join("other/watchdog.log").exists());
+    send("-TERM", child.id());
+    child.wait().unwrap();
+    sleep(Duration::from_secs(3));
+    assert!(tent.devices.is_lit(), "the lamp that is to stay lit");
 }
 
 #[test]
@@ -370,12 +570,8 @@ fn a_run_that_is_resumed_at_once_after_a_kill_keeps_its_light() {
     child.kill().unwrap();
     child.wait().unwrap();
     let mut again = tent.command().spawn().unwrap();
-    // Its guard may put the light off before the run goes on, and not after.
-    let events = || {
-        let journal = tent.folder.path().join("run/journal.sqlite");
-        Journal::open_to_read(&journal).and_then(|journal| journal.events()).unwrap_or_default()
-    };
-    while !events().iter().any(|event| event.kind == tropism::rig::EventKind::Resumed) {
+    // Its watchdog may put the light off before the run goes on, and not after.
+    while !tent.events().iter().any(|event| event.kind == tropism::rig::EventKind::Resumed) {
         assert!(again.try_wait().unwrap().is_none(), "it ended: {:?}", again.wait_with_output());
         sleep(Duration::from_millis(20));
     }
@@ -393,9 +589,75 @@ fn a_rig_that_a_run_drives_is_refused_to_another_run() {
     let words = ["run", "--rig", "rig.toml", "--controller", "periodic", "--out", "other"];
     let output = tropism(tent.folder.path(), &words).output().unwrap();
     let error = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.code() == Some(1) && error.contains("driven by another run"), "{error}");
+    assert!(output.status.code() == Some(1) && error.contains("driven by another run (process"), "{error}");
     assert!(tent.devices.is_lit(), "the first run goes on");
     send("-TERM", child.id());
     child.wait().unwrap();
     tent.goes_dark("end");
+}
+
+/// The abstract sockets of a process, without their `@`.
+#[cfg(target_os = "linux")]
+fn abstract_sockets_of(process: u32) -> Vec<String> {
+    let files = fs::read_dir(format!("/proc/{process}/fd")).unwrap().flatten();
+    let targets: Vec<_> = files.filter_map(|file| fs::read_link(file.path()).ok()).collect();
+    let all = fs::read_to_string("/proc/net/unix").unwrap();
+    let name = |line: &str| {
+        let fields: Vec<&str> = line.split_whitespace().collect();
+        let socket = format!("socket:[{}]", fields.get(6)?);
+        let is_its = targets.iter().any(|target| target.as_os_str() == &*socket);
+        is_its.then(|| Some(fields.get(7)?.strip_prefix('@')?.to_owned()))?
+    };
+    all.lines().filter_map(name).collect()
+}
+
+/// Needs the right to be another user.
+#[cfg(target_os = "linux")]
+#[test]
+fn another_user_who_takes_the_locks_of_lamps_keeps_none_lit_and_is_named() {
+    let as_nobody = |words: &[&str]| {
+        let mut command = Command::new("setpriv");
+        command.args(["--reuid", "65534", "--regid", "65534", "--clear-groups"]).args(words);
+        command
+    };
+    let program = std::env::current_exe().unwrap();
+    let program = program.to_str().unwrap();
+    if !as_nobody(&[program, "--list"]).output().is_ok_and(|done| done.status.success()) {
+        println!("skipped: no other user can be taken");
+        return;
+    }
+    let tent = Tent::new(Switches::Wled, CAMERA);
+    let mut child = tent.lit(&mut tent.command());
+    let names = abstract_sockets_of(child.id());
+    assert_eq!(names.len(), 3, "two lamps and a flash: {names:?}");
+    let mut stranger = as_nobody(&[program, "--exact", "takes_locks_as_a_stranger", "--ignored"]);
+    let mut stranger = stranger.env("TROPISM_NAMES", names.join(" ")).stdout(Stdio::null()).spawn().unwrap();
+    sleep(Duration::from_secs(1));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    println!("locks taken by another user: dark {:?} after the kill", tent.goes_dark("stranger"));
+    wait_for("the stranger", || abstract_sockets_of(stranger.id()).len() == 3);
+    let refused = tent.command().output().unwrap();
+    let error = String::from_utf8_lossy(&refused.stderr);
+    let wanted = format!("driven by another run (process {} of user 65534)", stranger.id());
+    assert!(refused.status.code() == Some(1) && error.contains(&wanted), "{error}");
+    stranger.kill().unwrap();
+    stranger.wait().unwrap();
+}
+
+/// What [`another_user_who_takes_the_locks_of_lamps_keeps_none_lit_and_is_named`] starts as another user.
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "started by another test"]
+fn takes_locks_as_a_stranger() {
+    use std::os::linux::net::SocketAddrExt;
+    use std::os::unix::net::{SocketAddr, UnixListener};
+    let names = std::env::var("TROPISM_NAMES").unwrap();
+    let take = |name: &str| loop {
+        if let Ok(taken) = UnixListener::bind_addr(&SocketAddr::from_abstract_name(name).unwrap()) {
+            return taken;
+        }
+    };
+    let _taken: Vec<_> = names.split(' ').map(take).collect();
+    sleep(Duration::from_secs(60));
 }

@@ -1,9 +1,9 @@
 //! The lock of a folder: one program at a time works in it.
 
 use std::fs::{File, TryLockError};
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::files::{self, FileError};
 
@@ -52,43 +52,26 @@ impl Drop for FolderLock {
 /// # Errors
 /// [`LockError::InUse`] if another program holds the lock.
 pub fn lock(path: &Path) -> Result<FolderLock, LockError> {
-    lock_as(path, "")
-}
-
-/// [`lock`] for the guard of a dead run, which other programs wait for.
-pub(crate) fn lock_as_guard(path: &Path) -> Result<FolderLock, LockError> {
-    lock_as(path, GUARD)
-}
-
-/// What a guard writes beside its number.
-const GUARD: &str = "guard";
-
-/// How long a guard is waited for that puts the light off: chosen, longer than it tries a device.
-const GUARD_WAIT: Duration = Duration::from_secs(120);
-
-fn lock_as(path: &Path, role: &str) -> Result<FolderLock, LockError> {
     let name = path.join("run.lock");
     let disk = |source| FileError::Disk { action: "lock", path: name.clone(), source };
     let mut options = File::options();
     // Not truncated: until the lock is ours it holds the number of the program that has it.
     options.read(true).write(true).create(true).truncate(false);
+    // A link that was planted would lead to a foreign file.
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(
+        &mut options,
+        rustix::fs::OFlags::NOFOLLOW.bits().cast_signed(),
+    );
     let mut file = options.open(&name).map_err(disk)?;
     // Who can read a lock can hold it and keep its owner out.
     files::make_private(&name)?;
-    let began_to_wait = Instant::now();
-    let is_guarded = || std::fs::read_to_string(&name).is_ok_and(|text| text.trim_end().ends_with(GUARD));
-    let mut tries = 0;
-    while tries < TRIES {
-        tries += 1;
-        // It empties the file just before it lets go.
-        if is_guarded() && began_to_wait.elapsed() < GUARD_WAIT {
-            tries = 0;
-        }
+    for _ in 0..TRIES {
         match file.try_lock() {
             Ok(()) => {
                 let process = std::process::id();
                 let began = began(process).map_or_else(|| "-".to_owned(), |began| began.to_string());
-                let line = format!("{process} {began} {role}\n");
+                let line = format!("{process} {began}\n");
                 file.set_len(0).and_then(|()| file.write_all(line.as_bytes())).map_err(disk)?;
                 return Ok(FolderLock(file));
             }
@@ -116,7 +99,11 @@ pub fn holder(path: &Path) -> Result<Option<u32>, FileError> {
     let disk = |source| FileError::Disk { action: "read", path: name.clone(), source };
     let file = match File::open(&name) {
         Ok(file) => file,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        // The run of another user, over.
+        Err(error) if error.kind() == ErrorKind::PermissionDenied && path.join("track.csv").exists() => {
+            return Ok(None);
+        }
         Err(error) => return Err(disk(error)),
     };
     for _ in 0..TRIES {
@@ -163,18 +150,6 @@ mod tests {
         drop(held);
         assert_eq!(holder(folder.path()).unwrap(), None);
         drop(lock(folder.path()).unwrap());
-    }
-
-    #[test]
-    fn a_guard_is_waited_for() {
-        let folder = tempfile::tempdir().unwrap();
-        let guard = lock_as_guard(folder.path()).unwrap();
-        std::thread::scope(|scope| {
-            let run = scope.spawn(|| lock(folder.path()).map(drop));
-            std::thread::sleep(3 * TRIES * PAUSE);
-            drop(guard);
-            run.join().unwrap().unwrap();
-        });
     }
 
     #[test]

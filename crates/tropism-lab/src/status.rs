@@ -14,7 +14,6 @@ use crate::error::Error;
 use crate::evolve::{self, EvolutionStatus};
 use crate::files;
 use crate::folder::{has_journal, read_journal};
-use crate::guard::ALL_OFF;
 use crate::journal::StepRecord;
 use crate::laboratories::{self, LaboratoriesStatus};
 use crate::lock::holder;
@@ -24,6 +23,7 @@ use crate::study::{self, StudyStatus};
 use crate::sweep::{self, SweepStatus};
 use crate::transfer::{self, TransferStatus};
 use crate::tune::{self, TuneStatus};
+use crate::watchdog::ALL_OFF;
 use crate::workflow::Workflow;
 
 /// The work to look at.
@@ -260,9 +260,9 @@ fn state(folder: &Path, process: Option<u32>, is_overdue: bool, events: &[Event]
     }
 }
 
-/// Whether the guard of a run that died has put all its light off since its latest photograph: the end of its log says so.
+/// Whether the watchdog of a run that died has put all its light off since its latest photograph: the end of its log says so.
 fn is_put_off(folder: &Path, photograph: Option<&Path>) -> bool {
-    let log = folder.join("guard.log");
+    let log = folder.join("watchdog.log");
     let text = files::read_text(&log).unwrap_or_default();
     let is_later = photograph
         .and_then(files::age_s)

@@ -39,6 +39,28 @@ pub struct Broker {
     /// A file whose first line is the password, so that it stays out of run folders.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub password_file: Option<PathBuf>,
+    /// The password, once it was read.
+    #[serde(skip)]
+    pub password: Option<String>,
+}
+
+impl Broker {
+    /// Its password, if it has one.
+    pub(crate) fn password(&self) -> Result<Option<String>, RigError> {
+        match &self.password {
+            None => self.password_file.as_deref().map(read_secret).transpose(),
+            known => Ok(known.clone()),
+        }
+    }
+
+    /// Reads its password now, so that the disk is not needed later.
+    ///
+    /// # Errors
+    /// [`RigError::Device`] if the file cannot be read.
+    pub fn read_password(&mut self) -> Result<(), RigError> {
+        self.password = self.password()?;
+        Ok(())
+    }
 }
 
 const fn port() -> u16 {
@@ -191,7 +213,7 @@ impl Plug {
             return Err(failed(device, "found no [mqtt], wanted the host of the broker"));
         };
         let topics = self.topics().map_err(|problem| failed(device, problem))?;
-        let password = broker.password_file.as_deref().map(read_secret).transpose()?;
+        let password = broker.password()?;
         Ok(OpenPlug {
             device: format!("{device} ({} at {}:{})", topics.set, broker.host, broker.port),
             plug: self.clone(),
@@ -409,7 +431,13 @@ mod tests {
     }
 
     fn open(port: u16, plug: &Plug) -> OpenPlug {
-        let broker = Broker { host: "127.0.0.1".to_owned(), port, username: None, password_file: None };
+        let broker = Broker {
+            host: "127.0.0.1".to_owned(),
+            port,
+            username: None,
+            password_file: None,
+            password: None,
+        };
         plug.open("flash", Some(&broker)).unwrap()
     }
 
@@ -551,8 +579,13 @@ mod tests {
     fn a_name_server_that_never_answers_does_not_outlast_the_deadline() {
         if std::env::var_os("TROPISM_MUTE_NAMES").is_some() {
             let _mute = std::net::UdpSocket::bind("127.0.0.1:53").unwrap();
-            let broker =
-                Broker { host: "broker.test".to_owned(), port: 1883, username: None, password_file: None };
+            let broker = Broker {
+                host: "broker.test".to_owned(),
+                port: 1883,
+                username: None,
+                password_file: None,
+                password: None,
+            };
             let started = Instant::now();
             let error =
                 tasmota(0.3).open("flash", Some(&broker)).unwrap().switch(false).unwrap_err().to_string();

@@ -6,7 +6,6 @@ use rumqttc::{Client, Event, MqttOptions, Packet, QoS, RecvTimeoutError};
 use tropism::rig::RigError;
 
 use crate::failed;
-use crate::http::read_secret;
 use crate::mqtt::{Broker, Plug, is_online};
 
 /// Result of a broker check.
@@ -34,7 +33,7 @@ pub fn broker(broker: &Broker, plugs: &[&Plug]) -> Result<BrokerReport, RigError
     let mut options = MqttOptions::new(&name, &broker.host, broker.port);
     options.set_clean_session(true);
     if let Some(username) = &broker.username {
-        let password = broker.password_file.as_deref().map(read_secret).transpose()?;
+        let password = broker.password()?;
         options.set_credentials(username, password.unwrap_or_default());
     }
     let (client, mut connection) = Client::new(options, 32);
@@ -105,6 +104,7 @@ mod tests {
             port: mosquitto.port,
             username: None,
             password_file: None,
+            password: None,
         };
         let plug: Plug = toml::from_str("dialect = \"tasmota\"\nname = \"flash\"").unwrap();
         let found = broker(&rig, &[&plug]).unwrap();

@@ -103,7 +103,7 @@ struct Stamp {
 
 impl Stamp {
     fn of(folder: &Path) -> Self {
-        let files = ["journal.sqlite", "journal.sqlite-wal", "track.csv", "guard.log"].map(|name| {
+        let files = ["journal.sqlite", "journal.sqlite-wal", "track.csv", "watchdog.log"].map(|name| {
             let data = folder.join(name).metadata().ok()?;
             Some((data.len(), data.modified().ok()?))
         });

@@ -11,7 +11,6 @@ mod export;
 mod fit;
 mod forecast;
 mod grow;
-mod guard;
 mod man;
 mod report;
 mod run;
@@ -29,6 +28,7 @@ mod timelapse;
 mod track;
 mod transfer;
 mod tune;
+mod watchdog;
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -47,7 +47,7 @@ pub(crate) enum Command {
     Stop(stop::Stop),
     SafeState(safe_state::SafeState),
     #[command(hide = true)]
-    Guard(guard::Guard),
+    Watchdog(watchdog::Watchdog),
     Export(export::Export),
     CalibrateCamera(calibrate_camera::CalibrateCamera),
     Track(track::Track),
@@ -98,7 +98,7 @@ impl Command {
             Self::Studio(studio) => studio.execute(shell),
             Self::Stop(stop) => stop.execute(shell),
             Self::SafeState(safe_state) => safe_state.execute(shell),
-            Self::Guard(guard) => guard.execute(shell),
+            Self::Watchdog(watchdog) => watchdog.execute(),
             Self::Export(export) => export.execute(shell),
             Self::CalibrateCamera(calibrate) => calibrate.execute(shell),
             Self::Track(track) => track.execute(shell),

@@ -90,10 +90,10 @@ impl Run {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let config = self.config(shell)?;
         // This program again, as it was when the run began.
-        let guard = std::env::current_exe().ok();
+        let watchdog = std::env::current_exe().ok();
         #[cfg(feature = "studio")]
         let _page = self.studio.map(|address| crate::page::Beside::start(&self.out, address)).transpose()?;
-        let plan = RunPlan { out: self.out, resume: self.resume, speed: self.speed.0, guard, config };
+        let plan = RunPlan { out: self.out, resume: self.resume, speed: self.speed.0, watchdog, config };
         if plan.config.is_virtual() {
             shell.note("a virtual plant in a virtual tent");
         }

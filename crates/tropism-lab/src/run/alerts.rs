@@ -1,6 +1,5 @@
 //! Who hears of a run: the channels of its rig, and the monitor of the workflow.
 
-use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::rc::Rc;
@@ -13,7 +12,7 @@ use tropism_rig::host::Host;
 
 use crate::error::Error;
 use crate::monitor::Monitor;
-use crate::run::guard::Guard;
+use crate::run::watchdog::Watchdog;
 
 /// The open alert channels of a run. Telling them never delays a step.
 pub(super) struct Alerts(alert::Alerts);
@@ -68,16 +67,20 @@ impl RunMonitor for WorkflowMonitor<'_> {
     }
 }
 
-/// Tells the guard of a run that it lives.
-pub(super) struct GuardMonitor(pub(super) Rc<RefCell<Guard>>);
+/// Gives the watchdog of a run its signs of life, and reports a watchdog that ended.
+pub(super) struct WatchdogMonitor(pub(super) Rc<Watchdog>);
 
-impl RunMonitor for GuardMonitor {
+impl RunMonitor for WatchdogMonitor {
     fn event(&mut self, _event: &Event) {
-        self.0.borrow_mut().beat();
+        self.0.beat();
+    }
+
+    fn health(&mut self) -> Vec<HealthProblem> {
+        self.0.health()
     }
 
     fn heartbeat(&mut self) -> ControlFlow<()> {
-        self.0.borrow_mut().beat();
+        self.0.beat();
         ControlFlow::Continue(())
     }
 }

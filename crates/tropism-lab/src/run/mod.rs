@@ -4,12 +4,11 @@
 //! and the folder. A run that was interrupted by an end, a kill or a power cut is executed again with the same plan and ends
 //! with the same bits as without the interruption.
 
-pub(crate) mod guard;
 mod alerts;
 mod config;
 mod start;
+pub(crate) mod watchdog;
 
-use std::cell::RefCell;
 use std::ops::{ControlFlow, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -31,8 +30,8 @@ use crate::monitor::Monitor;
 use crate::recorder::{RecordError, Recorder, Supervision};
 use crate::sequences;
 use crate::workflow::Workflow;
-use alerts::{AlertMonitor, Alerts, GuardMonitor, HostMonitor, WorkflowMonitor};
-use guard::Guard;
+use alerts::{AlertMonitor, Alerts, HostMonitor, WatchdogMonitor, WorkflowMonitor};
+use watchdog::Watchdog;
 
 pub(crate) use config::rig_faults;
 pub use config::{RunConfig, read_rig};
@@ -49,9 +48,9 @@ pub struct RunPlan {
     /// out. The results do not depend on it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
-    /// The program `tropism`, which is started as the [guard](crate::guard) of a real run; without one there is none.
+    /// The program `tropism`, which is started as the [watchdog](crate::watchdog) of a real run; without one there is none.
     #[serde(skip)]
-    pub guard: Option<PathBuf>,
+    pub watchdog: Option<PathBuf>,
     /// Everything that decides the outcome.
     pub config: RunConfig,
 }
@@ -59,7 +58,7 @@ pub struct RunPlan {
 impl Default for RunPlan {
     /// The paper's open-loop experiment in the virtual tent, recorded in the folder `run`.
     fn default() -> Self {
-        Self { out: "run".into(), resume: false, speed: None, guard: None, config: RunConfig::default() }
+        Self { out: "run".into(), resume: false, speed: None, watchdog: None, config: RunConfig::default() }
     }
 }
 
@@ -114,20 +113,22 @@ impl RunPlan {
     fn record(&self, folder: RunFolder, alerts: &Alerts, monitor: &dyn Monitor) -> Result<Track, Error> {
         let (rig, out) = (&self.config.rig, &*self.out);
         let pace = self.pace(monitor)?;
-        let mut guard = None;
+        let mut watchdog = None;
         let mut monitors: Vec<Box<dyn RunMonitor + '_>> =
             vec![Box::new(AlertMonitor(alerts)), Box::new(WorkflowMonitor(monitor))];
         let mut since_start = Duration::ZERO;
         if !rig.is_virtual() {
             monitors.push(Box::new(HostMonitor::new(rig.patience().hot_c)));
             since_start = start::since_start(rig, &folder, self.resume, &mut monitors)?;
-            if let Some(program) = &self.guard {
-                let started = Rc::new(RefCell::new(Guard::start(program, out, guard::silence(rig))?));
-                monitors.push(Box::new(GuardMonitor(Rc::clone(&started))));
-                guard = Some(started);
-            }
         }
-        let open = rig.open(self.config.seed, since_start).map_err(Error::at("rig"))?;
+        // Before the watchdog: a run that is refused has no light to put off.
+        let locks = rig.lock_devices().map_err(Error::at("rig"))?;
+        if let Some(program) = self.watchdog.as_deref().filter(|_| !rig.is_virtual()) {
+            let started = Rc::new(Watchdog::start(program, out, rig)?);
+            monitors.push(Box::new(WatchdogMonitor(Rc::clone(&started))));
+            watchdog = Some(started);
+        }
+        let open = rig.open_locked(locks, self.config.seed, since_start).map_err(Error::at("rig"))?;
         let supervision = Supervision {
             policy: rig.patience(),
             lamps_in_view: rig.lamps_in_view.clone(),
@@ -137,8 +138,8 @@ impl RunPlan {
         let mut recorder = Recorder::new(open.rig, folder, supervision)?;
         let done = self.follow(&mut recorder, open.truth.as_ref(), pace, alerts, monitor);
         let is_dark = recorder.close();
-        if let Some(guard) = guard {
-            guard.borrow_mut().end(matches!(is_dark, Ok(true)));
+        if let Some(watchdog) = watchdog {
+            watchdog.end(matches!(is_dark, Ok(true)));
         }
         let track = done?;
         is_dark?;

@@ -11,7 +11,6 @@ use tropism::rig::RigError;
 
 use super::channel::{Channel, Command};
 use super::{AlertEvent, Kind, MqttAlert};
-use crate::http::read_secret;
 use crate::mqtt::Broker;
 
 /// How long the thread listens to the broker before it reads commands: chosen by hand.
@@ -25,7 +24,7 @@ const RECONNECT_PAUSE: Duration = Duration::from_secs(5);
 
 /// Starts the thread that publishes to `broker`.
 pub(super) fn start(broker: &Broker, alert: &MqttAlert, run: &str) -> Result<Channel, RigError> {
-    let password = broker.password_file.as_deref().map(read_secret).transpose()?;
+    let password = broker.password()?;
     let publisher = Publisher {
         broker: broker.clone(),
         password,

@@ -246,8 +246,13 @@ fn listen(port: u16) -> (Heard, Arc<AtomicBool>) {
 #[test]
 fn a_broker_keeps_the_status_and_says_when_we_are_lost() {
     let Some(mosquitto) = Mosquitto::start(None) else { return };
-    let rig =
-        Broker { host: "127.0.0.1".to_owned(), port: mosquitto.port, username: None, password_file: None };
+    let rig = Broker {
+        host: "127.0.0.1".to_owned(),
+        port: mosquitto.port,
+        username: None,
+        password_file: None,
+        password: None,
+    };
     let (heard, is_there) = listen(mosquitto.port);
     wait_until(|| is_there.load(Ordering::SeqCst));
     let settings = "driver = \"mqtt\"\ntopic = \"tent\"\non = [\"mismatch\"]";

@@ -270,7 +270,7 @@ impl LampsTable {
     }
 
     /// Each lamp that a run drives, as errors name it, and what it is.
-    pub(super) fn identities(&self, broker: Option<&Broker>) -> Vec<(String, String)> {
+    pub(crate) fn identities(&self, broker: Option<&Broker>) -> Vec<(String, String)> {
         let programs = self.commands().map(|(name, words)| (device_name(name), device::command(words)));
         let drivers = self.drivers().map(|(name, driver)| (device_name(name), driver.identity(broker)));
         programs.chain(drivers).collect()

@@ -15,7 +15,7 @@ use tropism_bean::tent::{Greenhouse, TentHandle};
 
 use crate::alert::Alerts;
 use crate::clock::TentClock;
-use crate::device::{self, DeviceLocks};
+use crate::device::{self, DeviceLock};
 use crate::driver::{AlertDriver, CameraDriver, FlashDriver};
 use crate::mqtt::Broker;
 
@@ -296,6 +296,20 @@ impl RigFile {
     /// # Errors
     /// [`RigFileError`], as [`Self::check`], or if a device cannot be found.
     pub fn open(&self, seed: u64, since_start: Duration) -> Result<OpenRig, RigFileError> {
+        let locks = self.lock_devices().map_err(|error| RigFileError(error.to_string()))?;
+        self.open_locked(locks, seed, since_start)
+    }
+
+    /// [`open`](Self::open) with devices that are [locked](Self::lock_devices) already.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_locked(
+        &self,
+        locks: Vec<DeviceLock>,
+        seed: u64,
+        since_start: Duration,
+    ) -> Result<OpenRig, RigFileError> {
         self.check()?;
         let found = |problem: tropism::vision::VisionError| RigFileError(problem.to_string());
         let period = Duration::from_secs_f64(self.period_min * 60.0);
@@ -323,7 +337,6 @@ impl RigFile {
         let tracker = TipTracker::new(calibration, self.vision.clone()).map_err(found)?;
         let tracker = tracker.with_period(self.period_min);
         let device = |error: RigError| RigFileError(error.to_string());
-        let locks = self.lock_devices().map_err(device)?;
         let flash = match &self.flash {
             Some(flash) => flash.open(self.mqtt.as_ref()).map_err(device)?,
             None => Box::new(NoFlash),
@@ -342,11 +355,12 @@ impl RigFile {
 }
 
 impl RigFile {
-    /// Locks the lamps and the flash, so that no other run drives them until the locks are dropped.
+    /// Locks the lamps and the flash, so that no other run drives them until the locks are dropped. A watchdog that switches
+    /// one of them off is waited for.
     ///
     /// # Errors
     /// [`RigError::Device`] if another run drives one of them.
-    pub fn lock_devices(&self) -> Result<DeviceLocks, RigError> {
+    pub fn lock_devices(&self) -> Result<Vec<DeviceLock>, RigError> {
         let broker = self.mqtt.as_ref();
         let mut identities = self.lamps.iter().flat_map(|lamps| lamps.identities(broker)).collect::<Vec<_>>();
         identities.extend(self.flash.iter().map(|flash| ("flash".to_owned(), flash.identity(broker))));
@@ -357,7 +371,7 @@ impl RigFile {
 /// Lamps that no other run drives as long as these are open.
 struct LockedLamps {
     lamps: Box<dyn Lamps>,
-    _locks: DeviceLocks,
+    _locks: Vec<DeviceLock>,
 }
 
 impl Lamps for LockedLamps {
