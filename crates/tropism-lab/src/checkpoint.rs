@@ -43,6 +43,19 @@ impl Checkpoint {
         self.beside("previous")
     }
 
+    /// Sets the file and the one before it [aside](Self::broken), so that the work can begin anew.
+    ///
+    /// # Errors
+    /// [`FileError::Disk`].
+    pub fn set_aside(&self) -> Result<(), FileError> {
+        for path in [&self.path, &self.previous()] {
+            if path.exists() {
+                files::move_aside(path, &self.broken())?;
+            }
+        }
+        Ok(())
+    }
+
     /// Where a file goes that cannot be read, so that it is neither written over nor taken for the one before.
     #[must_use]
     pub fn broken(&self) -> PathBuf {
@@ -155,5 +168,8 @@ mod tests {
         let error = checkpoint.load(str::parse::<u32>).unwrap_err().to_string();
         assert!(error.contains("run-00.json: invalid digit"), "{error}");
         assert_eq!(files::read_text(checkpoint.path()).unwrap(), "y");
+        checkpoint.set_aside().unwrap();
+        assert!(checkpoint.load(str::parse::<u32>).unwrap().is_none());
+        assert_eq!(files::read_text(&checkpoint.broken()).unwrap(), "y");
     }
 }

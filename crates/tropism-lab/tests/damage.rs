@@ -196,3 +196,73 @@ fn no_random_damage_changes_the_history_or_overwrites_a_file_in_silence() {
     println!("{DAMAGES} damages: {came_back} came back whole, {told} told what is lost, {refused} refused");
     assert!(10 * came_back > 8 * DAMAGES, "{came_back} of {DAMAGES} came back whole");
 }
+
+#[test]
+fn a_journal_that_was_cut_off_while_it_was_made_is_begun_anew() {
+    // A database that a program left in the middle of its first transaction, with the journal that takes it back.
+    let torn = tempfile::tempdir().unwrap();
+    let source = tempfile::tempdir().unwrap();
+    let path = source.path().join("journal.sqlite");
+    let db = rusqlite::Connection::open(&path).unwrap();
+    db.execute_batch("PRAGMA cache_size = 1; BEGIN; CREATE TABLE a (b)").unwrap();
+    for _ in 0..200 {
+        db.execute("INSERT INTO a VALUES (zeroblob(1000))", []).unwrap();
+    }
+    for name in ["journal.sqlite", "journal.sqlite-journal"] {
+        assert!(fs::metadata(source.path().join(name)).unwrap().len() > 0);
+        fs::copy(source.path().join(name), torn.path().join(name)).unwrap();
+    }
+    let [nothing, no_database, empty] = [(); 3].map(|()| tempfile::tempdir().unwrap());
+    fs::write(no_database.path().join("journal.jsonl"), "").unwrap();
+    fs::write(empty.path().join("journal.sqlite"), "").unwrap();
+    fs::write(empty.path().join("journal.restored.sqlite"), "half").unwrap();
+    for folder in [&nothing, &no_database, &empty, &torn] {
+        for _ in 0..2 {
+            let folder = open(folder.path()).unwrap();
+            assert_eq!(folder.journal().settings().unwrap().as_deref(), Some(SETTINGS));
+            assert_eq!(folder.damages(), [""; 0]);
+        }
+    }
+}
+
+/// As another user, who may read everything and write nothing.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_run_that_is_over_can_be_read_where_nothing_can_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let [run, logged, checkpointed] =
+        ["a run", "logged", "what? #1 100%"].map(|name| folder.path().join(name));
+    write_run(&run, &logged, &checkpointed);
+    let (steps, events) = tropism_lab::read_journal(&run).unwrap();
+    assert_eq!(steps.len(), STEPS as usize);
+    let mount = |script: &str, path: &Path| {
+        let words = ["-rm", "sh", "-c", script, "sh"];
+        std::process::Command::new("unshare")
+            .args(words)
+            .arg(path)
+            .arg(std::env::current_exe().unwrap())
+            .status()
+    };
+    if !mount("mount --bind \"$1\" \"$1\" && mount -o remount,ro,bind \"$1\"", &logged)
+        .is_ok_and(|done| done.success())
+    {
+        println!("skipped: no disk can be mounted here");
+        return;
+    }
+    for path in [&logged, &checkpointed] {
+        let script = "mount --bind \"$1\" \"$1\" && mount -o remount,ro,bind \"$1\" && TROPISM_READ_ONLY=\"$1\" \
+                      \"$2\" --exact reads_a_journal_that_cannot_be_written --nocapture --ignored";
+        assert!(mount(script, path).unwrap().success(), "{}", path.display());
+    }
+    assert_eq!(events.len(), 4);
+}
+
+/// What [`a_run_that_is_over_can_be_read_where_nothing_can_be_written`] starts on a read-only disk.
+#[test]
+#[ignore = "started by another test"]
+fn reads_a_journal_that_cannot_be_written() {
+    let path = PathBuf::from(std::env::var_os("TROPISM_READ_ONLY").unwrap());
+    let (steps, events) = tropism_lab::read_journal(&path).unwrap();
+    assert_eq!((steps.len(), events.len()), (STEPS as usize, 4));
+    fs::write(path.join("x"), "").unwrap_err();
+}

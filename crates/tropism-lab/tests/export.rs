@@ -147,3 +147,28 @@ fn secrets_and_controls_stay_at_home() {
         assert!(!text.contains("ret@") && !text.contains("abc123") && !text.contains('\x1b'), "{text}");
     }
 }
+
+#[test]
+fn what_a_killed_export_left_is_made_anew_and_nothing_else_is_removed() {
+    let folder = run();
+    let folder = folder.path();
+    fs::create_dir_all(folder.join("copy.part/photographs")).unwrap();
+    fs::write(folder.join("copy.part/photographs/000000.jpg"), "half").unwrap();
+    fs::write(folder.join("copy.tar.part"), "half").unwrap();
+    let plan =
+        |out: &str| ExportPlan { folder: folder.join("run"), out: folder.join(out), keep_going: false };
+    for out in ["copy", "copy.tar"] {
+        plan(out).execute(&Silent).unwrap();
+        assert!(!folder.join(format!("{out}.part")).exists());
+    }
+    fs::create_dir(folder.join("mine.part")).unwrap();
+    fs::write(folder.join("mine.part/thesis.tex"), "words").unwrap();
+    let error = plan("mine").execute(&Silent).unwrap_err().with_causes();
+    assert!(error.contains("that no export left"), "{error}");
+    assert_eq!(fs::read_to_string(folder.join("mine.part/thesis.tex")).unwrap(), "words");
+    // Another export at work.
+    let part = fs::File::create(folder.join("other.tar.part")).unwrap();
+    part.lock().unwrap();
+    let error = plan("other.tar").execute(&Silent).unwrap_err().with_causes();
+    assert!(error.contains("another program is exporting to it"), "{error}");
+}

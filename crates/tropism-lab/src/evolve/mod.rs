@@ -175,11 +175,8 @@ impl Workflow for EvolvePlan {
         note_out_of_reach(&self.task, &Species::default(), monitor);
         let evolution = Evolution::new(&model, &self.task, self.evolution.clone(), self.seed)
             .map_err(Error::in_plan("evolution"))?;
-        let _lock = EvolutionRecord::new(self, &model).claim(&self.out, self.resume)?;
         let json = model.to_json();
-        if !self.out.join(MODEL).exists() {
-            files::write(&self.out.join(MODEL), json.as_bytes())?;
-        }
+        let _lock = EvolutionRecord::new(self, &model).claim(&self.out, &json, self.resume)?;
         let total = u64::from(self.evolution.runs) * u64::from(self.evolution.generations);
         monitor.stage("evolve", total);
         let (runs, evolving_s) = self.evolve(&evolution, monitor)?;

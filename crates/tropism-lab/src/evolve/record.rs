@@ -7,7 +7,7 @@ use tropism::evolve::{Champion, EvolutionConfig, EvolutionRun};
 use tropism::task::Task;
 use tropism_neat::Genome;
 
-use super::EvolvePlan;
+use super::{EvolvePlan, MODEL};
 use crate::model::Model;
 use crate::workflow::other_settings;
 use crate::{Error, FolderLock, files, lock};
@@ -85,7 +85,8 @@ impl EvolutionRecord {
     }
 
     /// Makes `folder`, or checks that the evolution in it is this one, and locks it until the result is dropped.
-    pub(super) fn claim(&self, folder: &Path, is_resumed: bool) -> Result<FolderLock, Error> {
+    /// `model` is copied into it first: an evolution with its record has all that it needs.
+    pub(super) fn claim(&self, folder: &Path, model: &str, is_resumed: bool) -> Result<FolderLock, Error> {
         let path = Self::path(folder);
         let text = files::toml_of(&path, self)?;
         let mut is_extended = false;
@@ -110,6 +111,9 @@ impl EvolutionRecord {
             for name in ["summary.json", "champion.json"] {
                 files::remove(&folder.join(name))?;
             }
+        }
+        if !path.exists() || !folder.join(MODEL).exists() {
+            files::write(&folder.join(MODEL), model.as_bytes())?;
         }
         files::write(&path, text.as_bytes())?;
         Ok(lock)

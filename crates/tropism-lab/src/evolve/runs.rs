@@ -9,6 +9,7 @@ use tropism::parallel;
 use super::EvolvePlan;
 use super::progress::EvolutionMonitor;
 use super::record::checkpoint_path;
+use crate::files::FileError;
 use crate::model::Model;
 use crate::stopwatch::timed;
 use crate::{Checkpoint, Error, Monitor};
@@ -67,7 +68,8 @@ impl EvolvePlan {
         Ok((run.history.len() as u32 == self.evolution.generations).then_some(run))
     }
 
-    /// Run `index` as its checkpoint has it, or before its first generation.
+    /// Run `index` as its checkpoint has it, or before its first generation. A checkpoint that is broken costs time and nothing
+    /// else: the run begins anew, and comes to the same bits.
     fn begin(
         &self,
         evolution: &Evolution<'_, Model>,
@@ -76,7 +78,16 @@ impl EvolvePlan {
         monitor: &dyn Monitor,
     ) -> Result<EvolutionRun, Error> {
         let parse = |text: &str| evolution.resume(index, text);
-        let Some(loaded) = checkpoint.load(parse)? else {
+        let loaded = match checkpoint.load(parse) {
+            Err(refused @ (FileError::Parse { .. } | FileError::Content { .. })) => {
+                checkpoint.set_aside()?;
+                let kept = checkpoint.broken();
+                monitor.note(&format!("{refused}; kept as {}, run {index} begins anew", kept.display()));
+                None
+            }
+            loaded => loaded?,
+        };
+        let Some(loaded) = loaded else {
             return evolution.begin(index).map_err(Error::at(format!("run {index}")));
         };
         if let Some(refused) = loaded.refused {

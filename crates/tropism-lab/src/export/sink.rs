@@ -1,6 +1,6 @@
 //! Where an export goes: a tar archive, or a folder. Both are written under another name, and renamed when they are whole.
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ pub(super) enum Sink {
     /// An archive, with all files in a folder of its name.
     Tar { part: PathBuf, name: String, archive: Box<tar::Builder<BufWriter<File>>> },
     /// A folder.
-    Folder { part: PathBuf },
+    Folder { part: PathBuf, _lock: Option<File> },
 }
 
 /// The name under which `out` is written.
@@ -28,12 +28,15 @@ impl Sink {
     pub(super) fn create(out: &Path) -> Result<Self, Error> {
         let part = part_of(out);
         let cannot = || Error::at(format!("{}: cannot make it", part.display()));
+        remove_left_over(&part).map_err(cannot())?;
         let is_tar = out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("tar"));
         if !is_tar {
             fs::create_dir(&part).map_err(cannot())?;
-            return Ok(Self::Folder { part });
+            let lock = lock_part(&part).map_err(cannot())?;
+            return Ok(Self::Folder { part, _lock: lock });
         }
         let file = File::create_new(&part).map_err(cannot())?;
+        file.try_lock().map_err(|error| cannot()(error.into()))?;
         let name = name_of(&out.with_extension(""));
         Ok(Self::Tar { part, name, archive: Box::new(tar::Builder::new(BufWriter::new(file))) })
     }
@@ -53,7 +56,7 @@ impl Sink {
                 header.set_mode(0o644);
                 archive.append_data(&mut header, format!("{name}/{path}"), bytes)
             }
-            Self::Folder { part } => {
+            Self::Folder { part, .. } => {
                 let path = part.join(path);
                 if let Some(folder) = path.parent() {
                     fs::create_dir_all(folder)?;
@@ -74,7 +77,7 @@ impl Sink {
                 drop(file);
                 read_tar(&part, &name)
             }
-            Self::Folder { part } => {
+            Self::Folder { part, .. } => {
                 files::sync_names(&part)?;
                 let mut found = Vec::new();
                 read_folder(&part, "", &mut found)?;
@@ -82,6 +85,54 @@ impl Sink {
             }
         }
     }
+}
+
+/// Removes what an export left under this name that was killed. One that is still at work has it locked.
+fn remove_left_over(part: &Path) -> io::Result<()> {
+    let about = match fs::symlink_metadata(part) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        about => about?,
+    };
+    let is_export = |entry: &fs::DirEntry| TOP.iter().any(|name| entry.file_name() == *name);
+    let is_ours = if about.is_dir() {
+        fs::read_dir(part)?.collect::<Result<Vec<_>, _>>()?.iter().all(is_export)
+    } else {
+        about.is_file()
+    };
+    if !is_ours {
+        let problem = "something is there that no export left; move it away, or choose another name";
+        return Err(io::Error::new(io::ErrorKind::AlreadyExists, problem));
+    }
+    let _lock = lock_part(part)?;
+    if about.is_dir() { fs::remove_dir_all(part) } else { fs::remove_file(part) }
+}
+
+/// What stands in an export, apart from what stands in its folders.
+const TOP: [&str; 9] = [
+    "run.toml",
+    "calibration.toml",
+    "truth.csv",
+    "truth.jsonl",
+    "track.csv",
+    "events.csv",
+    "photographs",
+    "side",
+    "manifest.json",
+];
+
+/// Locks an unfinished export, a file or a folder; `None` where the system opens no folders.
+fn lock_part(part: &Path) -> io::Result<Option<File>> {
+    if cfg!(not(unix)) && part.is_dir() {
+        return Ok(None);
+    }
+    let file = File::open(part)?;
+    file.try_lock().map_err(|error| match error {
+        TryLockError::WouldBlock => {
+            io::Error::new(io::ErrorKind::ResourceBusy, "another program is exporting to it")
+        }
+        TryLockError::Error(error) => error,
+    })?;
+    Ok(Some(file))
 }
 
 fn read_tar(path: &Path, name: &str) -> io::Result<Vec<Written>> {

@@ -4,13 +4,13 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rusqlite::{Connection, OpenFlags, OptionalExtension};
+use rusqlite::OptionalExtension;
 use tropism::rig::Durability;
 use tropism::text::plural;
 
 use super::chain::{Link, longest_history};
 use super::mirror::{self, Contents};
-use super::{Journal, JournalError, SCHEMA};
+use super::{Journal, JournalError, SCHEMA, open_read_only};
 use crate::files::free_name;
 
 /// The longest history that fits, and what was found of it where.
@@ -23,8 +23,8 @@ pub(super) struct Survey {
     pub(super) damage: Option<String>,
 }
 
-/// SQLite's own files: the database, its log and the index of the log.
-const ENDINGS: [&str; 3] = ["", "-wal", "-shm"];
+/// SQLite's own files: the database, what it was before its first log, the log and the index of the log.
+const ENDINGS: [&str; 4] = ["", "-journal", "-wal", "-shm"];
 
 impl Survey {
     /// Reads the journal at `path` and its copy, and changes neither.
@@ -74,13 +74,14 @@ impl Survey {
         Ok(Self { history, copy, damage })
     }
 
-    /// Writes the journal at `path` anew from the history, and keeps what was there aside.
-    pub(super) fn restore(&self, path: &Path, durability: Durability) -> Result<(), JournalError> {
+    /// Writes the journal at `path` anew from the history, and keeps what was there aside. At no moment is it there in part.
+    pub(super) fn write(&self, path: &Path, durability: Durability) -> Result<(), JournalError> {
         let restored = path.with_extension("restored.sqlite");
         let sibling = |path: &Path, ending: &str| PathBuf::from(format!("{}{ending}", path.display()));
         for ending in ENDINGS {
             let _ = fs::remove_file(sibling(&restored, ending));
         }
+        // Its end empties the log into the database.
         Journal::connect(&restored, durability)?.write_all(&self.history)?;
         let broken = free_name(&path.with_extension("broken.sqlite"));
         for ending in ENDINGS {
@@ -115,7 +116,7 @@ fn read_links(path: &Path) -> Result<(Vec<Option<Link>>, Option<String>), Journa
 }
 
 fn try_read_links(path: &Path, links: &mut Vec<Option<Link>>) -> Result<(), JournalError> {
-    let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+    let db = open_read_only(path)?;
     match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
         SCHEMA => {}
         // An empty file: nothing was written to it yet, or it was lost.

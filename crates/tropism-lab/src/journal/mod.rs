@@ -23,7 +23,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use rusqlite::types::Value;
-use rusqlite::{Connection, OpenFlags, OptionalExtension, params_from_iter};
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params_from_iter};
 use tropism::lamps::Light;
 use tropism::rig::{Boot, Durability, Event, Moment};
 use tropism::text::plural;
@@ -96,35 +96,37 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens the journal at `path`, or creates it with `settings`, the text of the `run.toml` of the run. One that is damaged
-    /// or missing, or lacks what its mirror has, is restored; what was there is kept aside.
+    /// Opens the journal at `path`, or creates it with `settings`, the text of the `run.toml` of the run. It is there whole or
+    /// not at all, whenever the program is killed. One that is damaged or missing, or lacks what its mirror has, is restored;
+    /// what was there is kept aside.
     ///
     /// # Errors
     /// [`JournalError`] if the file is no journal, if entries are whole neither in it nor in its mirror, if the two contradict
     /// each other, or if it is of another schema. Nothing was changed then.
     pub fn open(path: &Path, durability: Durability, settings: &str) -> Result<Self, JournalError> {
-        let survey = Survey::of(path)?;
+        let mut survey = Survey::of(path)?;
+        if survey.history.is_empty() {
+            survey.history.push(Link::after("", "settings", &[settings.to_owned().into()]));
+            survey.damage = None;
+            survey.write(path, durability)?;
+        }
         let replayed = Self::replayed(&survey.history)?;
         let mut damage = survey.damage.clone();
-        if damage.is_none() && path.exists() && !survey.history.is_empty() {
+        if damage.is_none() {
             damage = Self::connect(path, durability)?.difference(&replayed)?;
         }
         // Before the journal is moved: at no moment is the history in neither.
         let mirror = Mirror::open(path, survey.copy.as_ref(), &survey.history);
         if damage.is_some() {
-            survey.restore(path, durability)?;
+            survey.write(path, durability)?;
         }
-        let entries = survey.history.len();
-        let journal = Self {
+        let entries = plural(survey.history.len(), "entry");
+        Ok(Self {
             digest: RefCell::new(last_digest(&survey.history).to_owned()),
             mirror,
-            restored: damage.map(|damage| format!("{damage}; made again, {}", plural(entries, "entry"))),
+            restored: damage.map(|damage| format!("{damage}; made again, {entries}")),
             ..Self::connect(path, durability)?
-        };
-        if entries == 0 {
-            journal.write("settings", &[settings.to_owned().into()])?;
-        }
-        Ok(journal)
+        })
     }
 
     /// Opens the journal at `path` to read it, also while a run writes it. Where it is damaged its mirror stands in.
@@ -147,19 +149,19 @@ impl Journal {
     /// # Errors
     /// [`JournalError`] if there is no journal, or it is of another schema.
     pub fn follow(path: &Path) -> Result<Self, JournalError> {
-        let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+        let db = open_read_only(path)?;
         match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
             SCHEMA => Ok(Self::new(db)),
             other => Err(JournalError::Schema(other)),
         }
     }
 
-    /// [`Self::open_to_read`], or `None` if there is neither a journal at `path` nor its mirror.
+    /// [`Self::open_to_read`], or `None` if there is neither a journal at `path` nor anything in its mirror.
     ///
     /// # Errors
     /// As [`Self::open_to_read`].
     pub fn find(path: &Path) -> Result<Option<Self>, JournalError> {
-        let is_there = path.exists() || mirror::path_of(path).exists();
+        let is_there = path.exists() || mirror::path_of(path).metadata().is_ok_and(|about| about.len() > 0);
         is_there.then(|| Self::open_to_read(path)).transpose()
     }
 
@@ -434,6 +436,23 @@ impl Journal {
             .optional()?;
         Ok(latest.flatten())
     }
+}
+
+/// Opens a database to read it. In a folder that cannot be written SQLite has no place for the index of its log: then the
+/// database is taken as it is, without the log, whose entries the mirror has.
+fn open_read_only(path: &Path) -> Result<Connection, JournalError> {
+    let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+    let read = db.query_row("PRAGMA user_version", [], |row| row.get::<_, i64>(0));
+    let is_refused = read.is_err_and(|error| {
+        matches!(error.sqlite_error_code(), Some(ErrorCode::CannotOpen | ErrorCode::ReadOnly))
+    });
+    if !is_refused {
+        return Ok(db);
+    }
+    // The letters that have a meaning in an address.
+    let name = path.to_string_lossy().replace('%', "%25").replace('?', "%3f").replace('#', "%23");
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI;
+    Ok(Connection::open_with_flags(format!("file:{name}?immutable=1"), flags)?)
 }
 
 /// The moment of two columns; `None` in a virtual tent, where they are empty.

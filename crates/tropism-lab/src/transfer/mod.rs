@@ -244,9 +244,10 @@ impl TransferPlan {
             files::make_folder(&self.out.join("tracks").join(name))?;
         }
         let lock = lock(&self.out)?;
-        files::write(&path, text.as_bytes())?;
         let plan = Self { out: PathBuf::new(), resume: true, ..self.clone() };
         files::write_json(&self.out.join(PLAN), &plan)?;
+        // Last: a comparison with its record has all that it needs.
+        files::write(&path, text.as_bytes())?;
         Ok(lock)
     }
 
