@@ -265,12 +265,45 @@ fn refused_part(text: &str, at: usize) -> Option<Range<usize>> {
     line.contains('=').then_some(begin..end)
 }
 
+/// The most rows of a track: nine years of a photograph in five minutes.
+const MOST_ROWS: usize = 1_000_000;
+
+/// Steps that a track may have beside ten for each row; chosen, a year of a photograph in five minutes. What is computed for
+/// each step is so bounded by the size of the file.
+const MOST_MISSING_STEPS: usize = 100_000;
+
 /// Reads a track.
 ///
 /// # Errors
-/// [`FileError`].
+/// [`FileError`]; for more rows than the largest track has, for a last step far above the number of rows, and for times that
+/// run back or stand still.
 pub fn read_track(path: &Path) -> Result<Track, FileError> {
-    Track::read_csv(read(path)?.as_slice()).map_err(parse(path))
+    let refused = |problem: String| FileError::content(path, problem);
+    let bytes = read(path)?;
+    let rows = bytes.iter().filter(|&&byte| byte == b'\n').count();
+    if rows > MOST_ROWS {
+        return Err(refused(format!("a track has at most {MOST_ROWS} rows, this one has {rows}")));
+    }
+    let track = Track::read_csv(bytes.as_slice()).map_err(parse(path))?;
+    let [first, .., last] = &*track.samples else { return Ok(track) };
+    if last.step as usize > 10 * track.samples.len() + MOST_MISSING_STEPS {
+        return Err(refused(format!(
+            "the last step is {}, but there are {} rows: more than nine in ten steps are missing",
+            last.step,
+            track.samples.len()
+        )));
+    }
+    if let Some(pair) = track.samples.windows(2).find(|pair| pair[1].time_s < pair[0].time_s) {
+        let (step, time_s, before_s) = (pair[1].step, pair[1].time_s, pair[0].time_s);
+        return Err(refused(format!(
+            "at step {step} time_s runs back from {before_s} to {time_s}; sort the rows, or correct the clock"
+        )));
+    }
+    if last.time_s <= first.time_s {
+        let problem = "all rows have the same time_s; leave the column out if the times are not known";
+        return Err(refused(problem.to_owned()));
+    }
+    Ok(track)
 }
 
 /// The track files that `paths` name: files, and of each folder the track of its run, those of the runs in it, or its CSV
@@ -346,10 +379,11 @@ pub fn make_folder(path: &Path) -> Result<(), FileError> {
     fs::create_dir_all(path).map_err(disk("make the folder", path))
 }
 
-/// Writes a file whole or not at all: under another name first, then renamed. The old file stays until then.
+/// Writes a file whole or not at all: under another name first, then renamed. The old file stays until then. What is no file
+/// is never replaced: the bytes go into a device, a pipe or a socket, as `/dev/stdout` is one.
 ///
 /// # Errors
-/// [`FileError::Disk`].
+/// [`FileError::Disk`]; [`FileError::Content`] for a symbolic link to a file.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write_with(path, bytes, false)
 }
@@ -379,6 +413,9 @@ fn write_as(
     is_private: bool,
     make_way: impl FnOnce() -> std::io::Result<()>,
 ) -> Result<(), FileError> {
+    if check_replaceable(path)? == Replaceable::Stream {
+        return write_stream(path, bytes).map_err(disk("write", path));
+    }
     let part = part_of(path);
     let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let result = (|| {
@@ -398,6 +435,46 @@ fn write_as(
         let _ = fs::remove_file(&part);
         FileError::Disk { action: "write", path: path.to_owned(), source }
     })
+}
+
+/// What stands at the path of an output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Replaceable {
+    /// A file, a folder or nothing.
+    File,
+    /// A device, a pipe or a socket: it is written to, and never replaced.
+    Stream,
+}
+
+/// Looks at what stands at the path of an output.
+///
+/// # Errors
+/// [`FileError::Content`] for a symbolic link to a file, or to nothing: a new file would take the place of the link.
+pub(crate) fn check_replaceable(path: &Path) -> Result<Replaceable, FileError> {
+    let is_link = fs::symlink_metadata(path).is_ok_and(|about| about.is_symlink());
+    match fs::metadata(path) {
+        Ok(about) if !about.is_file() && !about.is_dir() => Ok(Replaceable::Stream),
+        _ if is_link => {
+            let problem = "found a symbolic link, wanted the path of the file itself".to_owned();
+            Err(FileError::content(path, problem))
+        }
+        _ => Ok(Replaceable::File),
+    }
+}
+
+/// Writes into a device or a pipe. A pipe that nobody reads is an error: it would be waited for without end.
+fn write_stream(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut options = fs::File::options();
+    options.write(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(
+        &mut options,
+        rustix::fs::OFlags::NONBLOCK.bits().cast_signed(),
+    );
+    let mut stream = options.open(path)?;
+    #[cfg(unix)]
+    rustix::fs::fcntl_setfl(&stream, rustix::fs::OFlags::empty())?;
+    stream.write_all(bytes)
 }
 
 /// `path`, or with a number where something is there already, `name.2.rest`, `name.3.rest` and so on: nothing that was kept
@@ -451,7 +528,7 @@ pub(crate) fn make_private(_path: &Path) -> Result<(), FileError> {
 
 /// Checks that a file may be written to `path`: none is there, or a plan says to replace it.
 pub(crate) fn check_free(path: &Path, is_replaced: bool) -> Result<(), crate::Error> {
-    if is_replaced || !path.exists() {
+    if is_replaced || !path.exists() || check_replaceable(path)? == Replaceable::Stream {
         return Ok(());
     }
     let path = path.display();
@@ -543,10 +620,7 @@ pub(crate) fn check_outputs_with(
 ) -> Result<(), crate::Error> {
     let written = outputs.iter().flat_map(|output| [output.clone(), part_of(output)]);
     let written: Vec<_> = written.filter_map(|path| Some((identity(&path)?, path))).collect();
-    if written.is_empty() {
-        return Ok(());
-    }
-    for input in inputs() {
+    for input in if written.is_empty() { Vec::new() } else { inputs() } {
         let found = identity(&input);
         if let Some((_, output)) = written.iter().find(|(identity, _)| found.as_ref() == Some(identity)) {
             return Err(crate::Error::Plan(format!(
@@ -556,6 +630,7 @@ pub(crate) fn check_outputs_with(
             )));
         }
     }
+    outputs.iter().try_for_each(|output| check_replaceable(output).map(drop))?;
     Ok(())
 }
 
@@ -705,6 +780,65 @@ mod tests {
         let error = write(&path, b"after").unwrap_err().to_string();
         assert!(error.contains("a.txt: cannot write"), "{error}");
         assert_eq!(read(&path).unwrap(), b"before");
+    }
+
+    #[test]
+    fn tracks_whose_numbers_are_nonsense_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("track.csv");
+        let read = |rows: &[(u32, f64)]| {
+            let rows = rows.iter().map(|(step, time_s)| format!("{step},{time_s},0.1,4,left\n"));
+            let text = format!("step,time_s,tip_x_cm,tip_y_cm,light\n{}", rows.collect::<String>());
+            write(&path, text.as_bytes()).unwrap();
+            read_track(&path).map_err(|error| error.to_string())
+        };
+        read(&[(0, 0.0), (1, 300.0), (90_000, 2.7e7)]).unwrap();
+        read(&[(0, 0.0), (1, 0.0), (2, 600.0)]).unwrap();
+        for (rows, wanted) in [
+            (vec![(0, 0.0), (100_000_000, 3e10)], "more than nine in ten steps are missing"),
+            (vec![(0, 0.0), (1, 300.0), (2, 200.0)], "at step 2 time_s runs back from 300 to 200"),
+            (vec![(0, 300.0), (1, 300.0), (2, 300.0)], "all rows have the same time_s"),
+        ] {
+            let error = read(&rows).unwrap_err();
+            assert!(error.contains(wanted), "{error}");
+        }
+        let rows = "0.1,4,left\n".repeat(MOST_ROWS + 1);
+        write(&path, format!("tip_x_cm,tip_y_cm,light\n{rows}").as_bytes()).unwrap();
+        let error = read_track(&path).unwrap_err().to_string();
+        assert!(error.contains("a track has at most 1000000 rows"), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_is_written_to_or_refused_and_never_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link, dangling, pipe] =
+            ["file", "link", "dangling", "pipe"].map(|name| folder.path().join(name));
+        write(&file, b"before").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        std::os::unix::fs::symlink(folder.path().join("absent"), &dangling).unwrap();
+        for path in [&link, &dangling] {
+            let error = write(path, b"after").unwrap_err().to_string();
+            assert!(error.contains("found a symbolic link"), "{error}");
+            assert!(check_outputs(from_ref(path), &[]).is_err());
+            assert!(fs::symlink_metadata(path).unwrap().is_symlink());
+        }
+        assert_eq!(read(&file).unwrap(), b"before");
+        write(Path::new("/dev/null"), b"gone").unwrap();
+        check_free(Path::new("/dev/null"), false).unwrap();
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let error = write(&pipe, b"unread").unwrap_err().to_string();
+        assert!(error.contains("pipe: cannot write"), "{error}");
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || fs::read(pipe).unwrap()
+        });
+        // Until the reader has opened it nobody reads.
+        while write(&pipe, b"read").is_err() {
+            std::thread::yield_now();
+        }
+        assert_eq!(reader.join().unwrap(), b"read");
+        assert!(!fs::metadata(&pipe).unwrap().is_file());
     }
 
     #[test]

@@ -27,6 +27,14 @@ pub enum Seeds {
 }
 
 impl Seeds {
+    /// How many there are.
+    fn count(&self) -> usize {
+        match self {
+            Self::Count(count) => *count as usize,
+            Self::List(seeds) => seeds.len(),
+        }
+    }
+
     /// The seeds in order.
     #[must_use]
     pub fn list(&self) -> Vec<u64> {
@@ -159,10 +167,12 @@ impl SweepConfig {
         if self.is_of_laboratories() && self.model.is_some() {
             return refuse("found `model` with [laboratories], which make models of their own".to_owned());
         }
-        let seeds = self.seeds.list();
-        if seeds.is_empty() || seeds.len() > MOST {
-            return refuse(format!("found {} seeds, wanted 1 to {MOST}", seeds.len()));
+        // Before they are listed: the number of a file may be any.
+        let count = self.seeds.count();
+        if count == 0 || count > MOST {
+            return refuse(format!("found {count} seeds, wanted 1 to {MOST}"));
         }
+        let seeds = self.seeds.list();
         if let Some(seed) = seeds.iter().find(|seed| seeds.iter().filter(|other| other == seed).count() > 1) {
             return refuse(format!("found seed {seed} twice in seeds, wanted each once"));
         }
