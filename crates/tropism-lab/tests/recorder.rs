@@ -29,6 +29,8 @@ struct Tent {
     lit: Option<Light>,
     has_flash: bool,
     photographs: u32,
+    /// The latest photograph.
+    last: Vec<u8>,
     lights: Vec<Option<Light>>,
     wrong: Wrong,
 }
@@ -45,6 +47,8 @@ struct Wrong {
     camera_fails: Range<u32>,
     /// Photographs that take so many minutes.
     camera_takes: Vec<(u32, f64)>,
+    /// Photographs that show what the one before showed, in a file with a comment of its own.
+    frozen: Range<u32>,
     /// Commands that the lamps do not obey, and say so.
     lamps_fail: Range<u32>,
     /// Commands that the lamps do not obey, and say nothing.
@@ -113,7 +117,13 @@ impl Camera for Hand {
                 line.copy_within(..3 * (200 - right), 3 * right);
             }
         }
-        let bytes = image.to_jpeg(90).unwrap();
+        let mut bytes = image.to_jpeg(90).unwrap();
+        if tent.is_in(&tent.wrong.frozen) {
+            let comment = [&[0xff, 0xfe, 0, 6][..], &tent.photographs.to_be_bytes()].concat();
+            bytes = [&tent.last[..2], &comment, &tent.last[2..]].concat();
+        } else {
+            tent.last.clone_from(&bytes);
+        }
         let minutes = tent.minutes;
         if let Some(&(_, takes)) = tent.wrong.camera_takes.iter().find(|(at, _)| *at == minutes as u32) {
             tent.advance_to(minutes + takes);
@@ -777,6 +787,21 @@ fn a_dark_photograph_is_taken_again_at_once() {
         let text = if is_dark_twice { "dark again: is the flash dead?" } else { "taken again: bright" };
         assert!(outcome.texts[1].contains(text), "{:?}", outcome.texts);
     }
+}
+
+#[test]
+fn a_camera_that_shows_one_picture_in_ever_new_files_is_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    // Its lamps are in the picture, too: a frozen one shows the wrong one.
+    let policy = FaultPolicy { pause_steps: 1000, ..FaultPolicy::default() };
+    let outcome = real(folder.path(), Wrong { frozen: 50..150, ..Wrong::default() }, policy, None);
+    let camera: Vec<_> = outcome.events.iter().filter(|(_, kind)| *kind == EventKind::Camera).collect();
+    assert_eq!(camera.len(), 1, "{:?}", outcome.texts);
+    let found =
+        outcome.texts.iter().any(|text| text.starts_with("13 photographs show the very same picture"));
+    assert!(found, "{:?}", outcome.texts);
+    let found = outcome.texts.iter().any(|text| text.starts_with("a new picture after"));
+    assert!(found, "{:?}", outcome.texts);
 }
 
 #[test]

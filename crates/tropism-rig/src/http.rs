@@ -68,7 +68,25 @@ impl Request<'_> {
         };
         answer
             .and_then(|answer| answer.into_body().into_with_config().limit(self.max_bytes).read_to_vec())
-            .map_err(|error| self.error(error.to_string()))
+            .map_err(|error| self.error(in_plain_words(&error.to_string())))
+    }
+}
+
+/// What a failed request says, without the names of a library's types.
+pub(crate) fn in_plain_words(error: &str) -> String {
+    let reason = [
+        ("UnknownIssuer", "nobody whom this computer trusts has signed it (it may be self-signed)"),
+        ("SelfSigned", "it is self-signed"),
+        ("CaUsedAsEndEntity", "it is self-signed"),
+        ("Expired", "it has expired, or the clock of this computer is wrong"),
+        ("NotValidYet", "it is not valid yet, or the clock of this computer is wrong"),
+        ("NotValidForName", "it is for another name than that of the address"),
+    ];
+    match reason.iter().find(|(name, _)| error.contains(name)) {
+        Some((_, reason)) => format!(
+            "its certificate is refused: {reason}; wanted a trusted one, or http:// in a network of its own"
+        ),
+        None => error.to_owned(),
     }
 }
 

@@ -16,6 +16,10 @@ use crate::journal::StepRecord;
 /// hand, above the drift of a clock in five minutes.
 const WALL_CLOCK_SLEW_S: f64 = 2.0;
 
+/// How many photographs in a row show the tip in the very same place before the camera is taken for frozen: chosen, an hour.
+/// The noise of a camera moves a tip by parts of a pixel.
+const FROZEN_STEPS: u32 = 12;
+
 /// What is known of the health of a run.
 #[derive(Debug)]
 pub(super) struct Health {
@@ -26,6 +30,8 @@ pub(super) struct Health {
     last_photo: Option<u32>,
     last_plant: Option<u32>,
     camera: CameraPosition,
+    /// The latest step.
+    last: Option<StepRecord>,
     /// Names of the problems of the host that were reported and last.
     host_problems: Vec<&'static str>,
     /// The wall clock less the steady clock, in seconds since 1970.
@@ -45,6 +51,7 @@ impl Health {
             last_photo: last(|step| step.photo_bytes > 0),
             last_plant: last(|step| step.seen.is_measured()),
             camera: CameraPosition::of(steps, events),
+            last: steps.last().cloned(),
             host_problems: Vec::new(),
             wall_offset_s: None,
         }
@@ -62,6 +69,8 @@ pub(super) struct Streaks {
     pub(super) lamp: u32,
     /// The photograph shows another light than was commanded.
     mismatch: u32,
+    /// Different photographs showed the tip in the very same place.
+    frozen: u32,
 }
 
 impl Streaks {
@@ -70,6 +79,8 @@ impl Streaks {
         let recorded = steps.last().map_or(0, |step| step.step);
         let missed =
             events.iter().filter(|event| event.kind == EventKind::Missed && event.step > recorded).count();
+        let is_frozen =
+            |index: usize, step: &StepRecord| index > 0 && shows_the_same(&steps[index - 1], step);
         let last = |is_faulty: &dyn Fn(usize, &StepRecord) -> bool| {
             steps.iter().enumerate().rev().take_while(|(index, step)| is_faulty(*index, step)).count() as u32
         };
@@ -81,6 +92,7 @@ impl Streaks {
                 let before = steps[..index].iter().rev().find_map(|step| step.decided);
                 before.is_some() && step.lit.is_some_and(|lit| lit != before)
             }),
+            frozen: last(&is_frozen),
         }
     }
 }
@@ -110,6 +122,11 @@ impl CameraPosition {
     }
 }
 
+/// Whether two photographs are different files of one picture: a camera that hangs may send its last one with a new comment.
+fn shows_the_same(one: &StepRecord, other: &StepRecord) -> bool {
+    other.seen.is_measured() && one.seen.tip_px == other.seen.tip_px && one.photo_sha256 != other.photo_sha256
+}
+
 /// Steps without something that was there last at the step `last` and is again at `step`, missed ones included; 0 if
 /// nothing was at fault.
 fn steps_since(last: Option<u32>, step: u32, is_faulty: bool) -> u32 {
@@ -126,6 +143,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         self.check_host()?;
         self.check_lamps(record.lit)?;
         self.check_camera(record.seen.camera_shift)?;
+        self.check_frozen(record)?;
         if record.photo_bytes > 0 {
             let last = self.health.last_photo.replace(record.step);
             let is_faulty = std::mem::take(&mut self.health.streaks.camera) > 0;
@@ -215,6 +233,25 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
             self.report(EventKind::Moved, format!("{text}; what is seen is corrected"))?;
         }
         if must_pause { Err(self.pause(text)) } else { Ok(()) }
+    }
+
+    /// Reports a camera that shows one picture again and again.
+    fn check_frozen(&mut self, record: &StepRecord) -> Result<(), RecordError> {
+        let last = self.health.last.replace(record.clone());
+        if !last.is_some_and(|last| shows_the_same(&last, record)) {
+            let steps = std::mem::take(&mut self.health.streaks.frozen);
+            return self.report_recovery(if steps < FROZEN_STEPS { 0 } else { steps }, "a new picture");
+        }
+        self.health.streaks.frozen += 1;
+        let steps = self.health.streaks.frozen;
+        if steps != FROZEN_STEPS.max(self.supervision.policy.alert_steps) {
+            return Ok(());
+        }
+        let text = format!(
+            "{} show the very same picture in different files: the camera may hang; start it again",
+            plural(steps + 1, "photograph")
+        );
+        self.report(EventKind::Camera, text)
     }
 
     /// Reports problems of the host computer when they begin and when they are over.

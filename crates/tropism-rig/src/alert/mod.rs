@@ -23,7 +23,7 @@ use tropism::text::plain;
 use crate::child::run;
 use crate::clock::{SystemTimes, Time};
 use crate::failed;
-use crate::http::{check_url, check_url_shown, read_secret};
+use crate::http::{check_url, check_url_shown, in_plain_words, read_secret};
 use crate::mqtt::Broker;
 use crate::seconds::{Seconds, ten, twenty};
 use crate::secret::{host_alone, hosts_alone, redacted_text};
@@ -379,7 +379,7 @@ fn post(
 }
 
 fn check_answer(answer: Result<ureq::http::Response<ureq::Body>, ureq::Error>) -> Result<(), String> {
-    answer.map(drop).map_err(|error| plain(&hosts_alone(&error.to_string())).into_owned())
+    answer.map(drop).map_err(|error| plain(&hosts_alone(&in_plain_words(&error.to_string()))).into_owned())
 }
 
 /// The alert channels of a run.
