@@ -108,6 +108,15 @@ async fn work_on<T: Send + 'static>(
     done.map_err(|_| Refusal(StatusCode::INTERNAL_SERVER_ERROR, "the studio made a mistake".to_owned()))?
 }
 
+/// [`work_on`] for what takes many seconds of a processor: one at a time, so that the others are served meanwhile.
+async fn work_hard_on<T: Send + 'static>(
+    studio: &Arc<Studio>,
+    work: impl FnOnce(&Studio) -> Result<T, Refusal> + Send + 'static,
+) -> Result<T, Refusal> {
+    let _alone = studio.heavy.acquire().await.map_err(|_| Refusal::bad("the studio ends"))?;
+    work_on(studio, work).await
+}
+
 /// The JSON of a body of bounded size that comes in bounded time.
 async fn read<T: DeserializeOwned>(body: Body) -> Result<T, Refusal> {
     let too_large = || {
@@ -194,6 +203,14 @@ async fn log_out(State(studio): Shared, headers: HeaderMap) -> Json<Value> {
     Json(json!({}))
 }
 
+/// Whether the session of a request still lasts.
+fn session_lasts(studio: &Arc<Studio>, headers: &HeaderMap) -> impl Fn() -> bool + Send + use<> {
+    let studio = Arc::downgrade(studio);
+    let cookie = |name: &str| crate::gate::cookie(headers, name).map(str::to_owned);
+    let cookie = studio.upgrade().and_then(|studio| cookie(&studio.cookie));
+    move || studio.upgrade().is_some_and(|studio| studio.access.session(cookie.as_deref()).is_some())
+}
+
 /// The id of the last event that a page that comes back has.
 fn last_id(headers: &HeaderMap) -> Option<String> {
     headers.get(HeaderName::from_static("last-event-id"))?.to_str().ok().map(str::to_owned)
@@ -205,7 +222,7 @@ fn overview(studio: &Arc<Studio>) -> stream::Latest<Overview> {
 }
 
 async fn folder_events(State(studio): Shared, headers: HeaderMap) -> Response {
-    stream::stream(overview(&studio), last_id(&headers))
+    stream::stream(overview(&studio), last_id(&headers), session_lasts(&studio, &headers))
 }
 
 /// The overview at once, for a page that has none yet.
@@ -297,7 +314,7 @@ async fn run_events(
     Query(At { at }): Query<At>,
     headers: HeaderMap,
 ) -> Result<Response, Refusal> {
-    Ok(stream::stream(followed_run(&studio, &at)?, last_id(&headers)))
+    Ok(stream::stream(followed_run(&studio, &at)?, last_id(&headers), session_lasts(&studio, &headers)))
 }
 
 #[derive(Deserialize)]
@@ -504,7 +521,7 @@ async fn evolution_events(
     Query(At { at }): Query<At>,
     headers: HeaderMap,
 ) -> Result<Response, Refusal> {
-    Ok(stream::stream(followed_evolution(&studio, &at)?, last_id(&headers)))
+    Ok(stream::stream(followed_evolution(&studio, &at)?, last_id(&headers), session_lasts(&studio, &headers)))
 }
 
 #[derive(Deserialize)]
@@ -649,7 +666,7 @@ async fn compared_file(State(studio): Shared, Query(many): Query<ManyAt>) -> Res
 }
 
 async fn tune_begin(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
-    work_on(&studio, move |studio| Ok(Json(tune::begin(&studio.root, &at)?))).await
+    work_hard_on(&studio, move |studio| Ok(Json(tune::begin(&studio.root, &at)?))).await
 }
 
 #[derive(Deserialize)]
@@ -661,12 +678,12 @@ struct LookAt {
 async fn tune_look(State(studio): Shared, Query(LookAt { plan }): Query<LookAt>) -> Answer {
     let request: tune::TuneRequest =
         serde_json::from_str(&plan).map_err(|error| Refusal::bad(error.to_string()))?;
-    work_on(&studio, move |studio| Ok(Json(tune::look(&studio.root, &request)?))).await
+    work_hard_on(&studio, move |studio| Ok(Json(tune::look(&studio.root, &request)?))).await
 }
 
 async fn tune_write(State(studio): Shared, body: Body) -> Answer {
     let request: tune::TuneRequest = read(body).await?;
-    work_on(&studio, move |studio| Ok(Json(tune::write(studio, &request)?))).await
+    work_hard_on(&studio, move |studio| Ok(Json(tune::write(studio, &request)?))).await
 }
 
 #[cfg(test)]

@@ -68,6 +68,8 @@ fn check(studio: &Studio, request: &Request) -> Result<Option<Session>, Refusal>
     let is_change = !matches!(*request.method(), Method::GET | Method::HEAD);
     if is_change {
         check_same_site(headers, &host)?;
+    } else if path.starts_with("/api/") {
+        check_not_embedded(headers)?;
     }
     if path == "/api/login" || (!is_change && is_for_everybody(path)) {
         return Ok(session);
@@ -93,6 +95,16 @@ fn check(studio: &Studio, request: &Request) -> Result<Option<Session>, Refusal>
 /// Compares in a time that does not depend on what is found.
 fn is_same(one: &[u8], other: &[u8]) -> bool {
     one.len() == other.len() && one.iter().zip(other).fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
+}
+
+/// Refuses what the page of another site loads, as a picture for example: it would start work here.
+fn check_not_embedded(headers: &HeaderMap) -> Result<(), Refusal> {
+    match headers.get("sec-fetch-site") {
+        Some(site) if site != "same-origin" && site != "none" => Err(Refusal::forbidden(
+            "found a request from another site, wanted one from a page of this studio",
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Refuses what another site sends: browsers name the origin of each change.

@@ -95,6 +95,8 @@ pub(crate) struct Studio {
     /// For figures of comparisons.
     scratch: PathBuf,
     turns: Semaphore,
+    /// One turn for what takes many seconds.
+    heavy: Semaphore,
     reader: Mutex<items::Reader>,
     overviews: stream::Topics<items::Overview>,
     runs: stream::Topics<run::RunView>,
@@ -153,10 +155,21 @@ pub fn serve(plan: &StudioPlan, welcome: impl FnOnce(&Welcome)) -> Result<(), St
         _ => None,
     };
     let folder = own.clone().or_else(|| plan.folder.clone()).unwrap_or_else(|| PathBuf::from("."));
+    yield_to_runs();
     let done = serve_folder(plan, &folder, welcome);
     own.iter().for_each(|folder| demo::remove(folder));
     done
 }
+
+/// Gives way to the run of a plant on the same computer: pages, and the jobs that they start, can wait.
+fn yield_to_runs() {
+    #[cfg(unix)]
+    let _ = rustix::process::nice(NICE);
+}
+
+/// By how much the studio gives way; chosen: it then gets a tenth of a core that a run wants, too (`man 7 sched`).
+#[cfg(unix)]
+const NICE: i32 = 10;
 
 fn serve_folder(plan: &StudioPlan, folder: &Path, welcome: impl FnOnce(&Welcome)) -> Result<(), StudioError> {
     let root = folder
@@ -189,6 +202,7 @@ fn serve_folder(plan: &StudioPlan, folder: &Path, welcome: impl FnOnce(&Welcome)
         cookie: format!("tropism-studio-{}", address.port()),
         scratch: scratch.clone(),
         turns: Semaphore::new(TURNS),
+        heavy: Semaphore::new(1),
         reader: Mutex::default(),
         overviews: stream::Topics::default(),
         runs: stream::Topics::default(),

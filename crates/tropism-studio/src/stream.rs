@@ -53,8 +53,12 @@ pub(crate) trait Listened: Send + Sync + 'static {
 /// The latest value of a state.
 pub(crate) type Latest<T> = watch::Receiver<Option<Arc<T>>>;
 
-/// Tells a page of each change of `latest`, from what it has.
-pub(crate) fn stream<T: Listened>(mut latest: Latest<T>, last: Option<String>) -> Response {
+/// Sends a page each change of `latest`, from what it has, as long as `is_allowed`.
+pub(crate) fn stream<T: Listened>(
+    mut latest: Latest<T>,
+    last: Option<String>,
+    is_allowed: impl Fn() -> bool + Send + 'static,
+) -> Response {
     let (sender, receiver) = mpsc::channel(WAITING);
     tokio::spawn(async move {
         let send = async |bytes: Bytes| sender.send_timeout(bytes, PATIENCE).await.is_ok();
@@ -62,7 +66,8 @@ pub(crate) fn stream<T: Listened>(mut latest: Latest<T>, last: Option<String>) -
         if !send("retry: 2000\n\n".into()).await {
             return;
         }
-        loop {
+        // Asked again at each beat.
+        while is_allowed() {
             let state = latest.borrow_and_update().clone();
             for message in state.map(|state| state.since(id.as_deref())).unwrap_or_default() {
                 if !send(message.text()).await {

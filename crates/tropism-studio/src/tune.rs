@@ -177,7 +177,11 @@ fn seen(source: &Source, settings: &Settings, names: &[String]) -> Result<Vec<Va
             "tip": tip, "cm": cm, "stem": stem,
         }))
     };
-    source.sample(names).par_iter().map(one).collect()
+    // One core stays free for other requests.
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads((cores - 1).max(1)).build();
+    let pool = pool.map_err(|error| Refusal::bad(error.to_string()))?;
+    pool.install(|| source.sample(names).par_iter().map(one).collect())
 }
 
 /// The text of the file of the settings, and the command that tracks with them.

@@ -198,6 +198,46 @@ fn a_post_of_another_site_is_refused_on_every_route() {
 }
 
 #[test]
+fn a_get_of_another_site_starts_no_work() {
+    let studio = served(|_, _| {});
+    for path in READS.iter().filter(|path| path.starts_with("/api/") && !path.contains("events")) {
+        for site in ["cross-site", "same-site"] {
+            let head = format!("GET {path} HTTP/1.1\nHost: {}\nSec-Fetch-Site: {site}", studio.address);
+            assert_eq!(studio.ask(&head, "").0, 403, "{path} from {site}");
+        }
+        let head = format!("GET {path} HTTP/1.1\nHost: {}\nSec-Fetch-Site: same-origin", studio.address);
+        assert_ne!(studio.ask(&head, "").0, 403, "{path}");
+    }
+}
+
+#[test]
+fn a_stream_ends_with_its_session() {
+    let studio = served(|plan, _| plan.ask_token = true);
+    let tokens = studio.welcome.tokens.clone().unwrap();
+    let (_, cookie) = studio.log_in(&tokens.look);
+    let mut stream = TcpStream::connect(studio.address).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    write!(stream, "GET /api/events HTTP/1.1\r\nHost: {}\r\nCookie: {cookie}\r\n\r\n", studio.address)
+        .unwrap();
+    let mut byte = [0];
+    stream.read_exact(&mut byte).unwrap();
+    let csrf = studio.csrf(&cookie);
+    let (status, ..) = studio.post("/api/logout", &format!("Cookie: {cookie}\nX-Tropism-Csrf: {csrf}"), "");
+    assert_eq!(status, 200);
+    let mut rest = Vec::new();
+    let began = std::time::Instant::now();
+    // The body ends; the connection may stay.
+    while !String::from_utf8_lossy(&rest).contains("0\r\n\r\n") {
+        let mut part = [0; 1024];
+        match stream.read(&mut part) {
+            Ok(count @ 1..) => rest.extend_from_slice(&part[..count]),
+            _ => break,
+        }
+        assert!(began.elapsed() < Duration::from_secs(60), "the stream goes on");
+    }
+}
+
+#[test]
 fn no_path_leads_out_of_the_folder() {
     let studio = served(with_work);
     let secret = studio.folder.path().parent().unwrap().join("secret-beside-the-folder.jpg");
