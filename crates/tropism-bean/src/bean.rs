@@ -321,18 +321,23 @@ impl Bean {
     /// What can be effective of it.
     #[must_use]
     pub fn pose(&self) -> Pose {
-        let mut sections = Vec::with_capacity(64);
-        self.rod.for_each_section(|section| sections.push(section));
-        let [lower, upper] = [&sections[self.rod.leaf()], &sections[self.rod.leaf() + 1]];
-        let base = core::array::from_fn(|axis| 0.5 * (lower.at[axis] + upper.at[axis]));
-        let along = upper.along();
-        let heading = sections.last().expect("a rod has sections").along();
+        let leaf = self.rod.leaf();
+        let mut stem = Vec::with_capacity(self.rod.count() + 1);
+        // The segment that bears the leaves ends in sections `leaf` and `leaf + 1`; the last section is the apex.
+        let (mut base, mut along, mut heading) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        self.rod.for_each_section(|section| {
+            let number = stem.len();
+            if number == leaf || number == leaf + 1 {
+                base = core::array::from_fn(|axis| base[axis] + 0.5 * section.at[axis]);
+                along = section.along();
+            }
+            if number == self.rod.count() {
+                heading = section.along();
+            }
+            stem.push(Node { at: section.at, radius: rod::radius(&self.plant, section.from_apex) });
+        });
         let spread = math::logistic((self.age_h - self.unfold_h - SPREADING.0) / SPREADING.1);
         let azimuth = self.plant.leaves.azimuth;
-        let stem = sections
-            .iter()
-            .map(|section| Node { at: section.at, radius: rod::radius(&self.plant, section.from_apex) })
-            .collect();
         Pose {
             age_h: self.age_h,
             stem,

@@ -11,7 +11,7 @@ use tropism::geometry::path::resampled;
 use tropism::geometry::space::SpacePoint;
 use tropism::geometry::{Point, Polyline, STEM_POINTS};
 use tropism::math::interpolate::lerp;
-use tropism::math::vector::{Vec3, distance};
+use tropism::math::vector::Vec3;
 use tropism::observation::{Depth, Observation};
 use tropism::random;
 
@@ -112,9 +112,11 @@ pub fn highest_point(pose: &Pose) -> Point {
     let mut top = TopRow::default();
     for (i, pair) in pose.stem.windows(2).enumerate().rev() {
         let (lower, upper) = (pair[0].at, pair[1].at);
-        // An arch rises above its chord by an eighth of its length at most.
-        let reach = pair[0].radius.max(pair[1].radius) + 0.125 * distance(lower, upper);
-        if view::project(lower).y.max(view::project(upper).y) + 1.3 * reach < top.height() {
+        // An arch rises above its chord by an eighth of its length at most, and a chord is no longer than its three axes.
+        let chord: f64 = (0..3).map(|axis| (upper[axis] - lower[axis]).abs()).sum();
+        let reach = pair[0].radius.max(pair[1].radius) + 0.125 * chord;
+        let limit = top.height() - 1.3 * reach;
+        if is_seen_below(lower, limit) && is_seen_below(upper, limit) {
             continue;
         }
         let before = pose.stem[i.saturating_sub(1)].at;
@@ -133,6 +135,12 @@ pub fn highest_point(pose: &Pose) -> Point {
         }
     }
     top.middle()
+}
+
+/// Whether the camera sees `place` below `height`: that of [`view::project`], without its division.
+fn is_seen_below(place: Vec3, height: f64) -> bool {
+    let [_, y, distance] = view::CAMERA;
+    (place[1] - y) * distance < (height - y) * (distance - place[2])
 }
 
 /// The highest row of the grid so far, and the columns it spans.
