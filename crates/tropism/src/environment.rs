@@ -72,7 +72,7 @@ pub struct Recording {
     pub track: Track,
     /// Steps taken.
     taken: u32,
-    /// Missed steps of which the controller was told.
+    /// Missed steps that were reported to the controller.
     missed: u32,
 }
 

@@ -26,7 +26,7 @@ pub struct Baseline {
 
 /// Tries `count` random networks, on all threads.
 ///
-/// `tick` is told how many more were tried; it returns `false` to break off, and then there is no result.
+/// `tick` gets the number of further networks that were tried; `false` from it breaks off, without a result.
 ///
 /// # Panics
 /// If `count` is 0.

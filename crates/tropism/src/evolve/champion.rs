@@ -226,7 +226,7 @@ impl Champion {
     }
 
     /// Reads [`Self::to_json`], or a network alone (schema `tropism.genome/1`). Whether
-    /// the network fits its sensors and lamps, [`check`](Self::check) tells.
+    /// the network fits its sensors and lamps is for [`check`](Self::check).
     ///
     /// # Errors
     /// [`ChampionError`] says what was found instead.

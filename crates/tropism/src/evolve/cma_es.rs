@@ -1,6 +1,6 @@
 //! CMA-ES: an evolution strategy that learns how the variables hang together, for some dozens of real variables at most.
 //!
-//! A generation is asked for, each point is given a cost, and the costs are told. The strategy moves the mean of a normal
+//! `ask` gives the points of a generation, `tell` takes their costs. The strategy moves the mean of a normal
 //! distribution to the better points and adapts its covariance and its step size. Points are named by seed, restart,
 //! generation and place: who computes the costs, and in what order, changes nothing.
 //!

@@ -225,7 +225,7 @@ impl RuleSearch {
     }
 
     /// Searches the rule with the highest mean utility of `scores`: the fitness of each of some trials in `task`, in order, less
-    /// a cost in cm for each step beyond all data, which is 0 for what is told of the chosen rule. Plants that `scores` knows
+    /// a cost in cm for each step beyond all data, which is 0 for the predicted fitness of the chosen rule. Plants that `scores` knows
     /// need no model: a search on virtual beans themselves finds what a rule can reach at best. In a task with obstacles the
     /// rule also avoids them.
     ///
@@ -270,8 +270,8 @@ impl RuleSearch {
         for round in 0..rounds {
             if round > 0 {
                 let means: Vec<Vec<f64>> = searches.iter().map(|search| search.mean().to_vec()).collect();
-                let judged = objective.utility(&means, fresh + 1 + round, choice_plants);
-                searches = better_half(judged.iter().map(|trial| trial.mean).zip(searches).collect());
+                let trials = objective.utility(&means, fresh + 1 + round, choice_plants);
+                searches = better_half(trials.iter().map(|trial| trial.mean).zip(searches).collect());
             }
             // Those of the last round count. The greedy rule is a candidate: what is chosen is not worse on the same plants.
             candidates.clear();
@@ -299,11 +299,11 @@ impl RuleSearch {
         let choice = Choice::of(objective.utility(&candidates, fresh, choice_plants));
         let chosen = candidates.swap_remove(choice.run);
         let rule = rule_at(&chosen);
-        let judged = objective.fitness(&[chosen, origin], fresh + 1, PREDICTION_PLANTS);
-        Some(RuleSearchResult { rule, expected: judged[0], greedy: judged[1] })
+        let trials = objective.fitness(&[chosen, origin], fresh + 1, PREDICTION_PLANTS);
+        Some(RuleSearchResult { rule, expected: trials[0], greedy: trials[1] })
     }
 
-    /// Takes a search a generation further: the best point of the generation, and what is told of it.
+    /// Takes a search a generation further: the best point of the generation, and its report.
     fn generation(
         &self,
         search: &mut CmaEs,
@@ -320,7 +320,7 @@ impl RuleSearch {
     }
 }
 
-/// What points are judged by. Models and tasks stand behind it: the search is compiled once for all of them.
+/// The objective of the search. It hides model and task: the search is compiled once for all of them.
 struct Objective<'a> {
     /// The fitness of trials, less a cost in cm for each step beyond all data.
     scores: &'a dyn Fn(&[RuleTrial], f64) -> Vec<f64>,

@@ -345,7 +345,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     /// Puts the flash off, and the lamps as they are to be [on exit](OnExit).
     ///
     /// # Errors
-    /// Those of a device that does not confirm; all others were told all the same.
+    /// Those of a device that does not confirm; all others were switched all the same.
     pub fn close(&mut self) -> Result<(), RigError> {
         self.is_closed = true;
         let flash = self.flash.flash(false);
@@ -356,7 +356,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     /// The photograph of the next step, taken now.
     ///
     /// # Errors
-    /// Those of camera and flash; the flash is told to be off all the same.
+    /// Those of camera and flash; the flash is switched off all the same.
     pub fn photograph(&mut self) -> Result<Frame, RigError> {
         let (name, time_s) = (photo_name(self.step), self.due(self.step).as_secs_f64());
         let lit = self.flash.flash(true);

@@ -1,4 +1,4 @@
-//! A world that is a model: evolution runs controllers here by the thousand.
+//! Simulations of a model: evolution evaluates thousands of controllers here.
 //!
 //! [`Simulation`] is an [`Environment`] like a tent, so [`run`] writes its track; [`fitness_of`] is the same loop without
 //! the track. [`BatchModel`] scores many episodes at once: one by one for any model, side by side in vectors for the tip
