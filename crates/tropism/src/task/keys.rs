@@ -138,14 +138,14 @@ macro_rules! keys {
 keys! {
     /// Tip of the seedling at the start of a simulated experiment, in cm, y above 0. Paper: (0, 4), section 2.3.
     start: Point = Point::new(0.0, 4.0), |task| {
-        let is_above_soil = task.start.is_finite() && task.start.y > 0.0;
+        let is_above_soil = is_near(task.start) && task.start.y > 0.0;
         ensure(is_above_soil, "start", shown(task.start), "[x, y] in cm with y above 0")
     };
     /// Points that the tip is to visit, as the front camera sees them, in ascending height above the start, in cm.
     targets: Vec<Point> = Vec::new(), |task| check_rising("targets", task.start.y, &task.targets);
     /// Of targets in space, how far each lies in front of the root, towards the front camera, in cm; empty in the plane.
     depths_cm: Vec<f64> = Vec::new(), |task| {
-        let are_depths = task.depths_cm.iter().all(|depth| depth.is_finite());
+        let are_depths = task.depths_cm.iter().all(|depth| depth.abs() <= MOST_CM);
         let are_complete = task.depths_cm.len() == task.targets.len();
         ensure(are_depths && are_complete, "depths_cm", format!("{:?}", task.depths_cm), "one in cm for each target")
     };
@@ -208,24 +208,32 @@ keys! {
     max_steps: u32 = 1000, |task| within("max_steps", task.max_steps, 1..=1_000_000);
 }
 
+/// How far from the root a place of a task may be, and how long a length, in cm. Chosen: above every plant.
+const MOST_CM: f64 = 1e4;
+
+fn is_near(point: Point) -> bool {
+    point.x.abs().max(point.y.abs()) <= MOST_CM
+}
+
 fn shown(point: Point) -> String {
     format!("{:?}", <[f64; 2]>::from(point))
 }
 
 fn check_point(key: &str, point: Option<Point>) -> Result<(), OutOfRange> {
     let point = point.unwrap_or_default();
-    ensure(point.is_finite(), key, shown(point), "[x, y] in cm")
+    ensure(is_near(point), key, shown(point), "[x, y] in cm, within 10000 cm of the root")
 }
 
 fn check_length(key: &str, length: f64) -> Result<(), OutOfRange> {
-    ensure(length > 0.0 && length.is_finite(), key, length, "cm above 0")
+    ensure(length > 0.0 && length <= MOST_CM, key, length, "cm above 0, at most 10000")
 }
 
 /// Checks that `points` are finite and rise from above a height.
 fn check_rising(key: &str, mut below: f64, points: &[Point]) -> Result<(), OutOfRange> {
     points.iter().enumerate().try_for_each(|(index, point)| {
-        let is_higher = point.is_finite() && point.y > core::mem::replace(&mut below, point.y);
-        ensure(is_higher, format!("{key}[{index}]"), shown(*point), "a point higher than the one before it")
+        let is_higher = is_near(*point) && point.y > core::mem::replace(&mut below, point.y);
+        let wanted = "a point higher than the one before it, within 10000 cm of the root";
+        ensure(is_higher, format!("{key}[{index}]"), shown(*point), wanted)
     })
 }
 

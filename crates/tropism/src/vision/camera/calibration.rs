@@ -40,6 +40,12 @@ pub struct Calibration {
     pub lens: Option<Lens>,
 }
 
+/// The scales that are taken: from a field of a metre a pixel, to a pixel that is a tenth of a micrometre.
+const PX_PER_CM: [f64; 2] = [0.01, 1e5];
+
+/// The largest side of a picture: that of a JPEG.
+const MOST_PIXELS: usize = 65_535;
+
 impl Calibration {
     /// A calibration by one scale for the whole picture.
     #[must_use]
@@ -72,12 +78,18 @@ impl Calibration {
         check(
             "px_per_cm",
             px_per_cm.to_string(),
-            px_per_cm.is_finite() && px_per_cm > 0.0,
-            "a number above 0",
+            (PX_PER_CM[0]..=PX_PER_CM[1]).contains(&px_per_cm),
+            "0.01 to 100000",
         )?;
         let is_finite = base.x.is_finite() && base.y.is_finite();
         check("base", format!("({}, {})", base.x, base.y), is_finite, "finite pixels")?;
-        check("width, height", format!("{width} x {height}"), width > 0 && height > 0, "at least 1 x 1")?;
+        let is_size = |pixels: usize| (1..=MOST_PIXELS).contains(&pixels);
+        check(
+            "width, height",
+            format!("{width} x {height}"),
+            is_size(width) && is_size(height),
+            "1 to 65535 pixels each",
+        )?;
         self.lens.map_or(Ok(()), |lens| lens.check(width, height))
     }
 
