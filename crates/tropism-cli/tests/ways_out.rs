@@ -102,7 +102,8 @@ fn answer_as_wled(devices: &Devices, mut socket: TcpStream) -> Option<()> {
 
 /// Starts Tasmota plugs of the names `left`, `right` and `flash` at a broker.
 fn start_plugs(devices: &Arc<Devices>, port: u16) {
-    let (client, mut connection) = Client::new(MqttOptions::new("plugs", "127.0.0.1", port), 16);
+    let (client, mut connection) =
+        Client::builder(MqttOptions::new("plugs", ("127.0.0.1", port))).capacity(16).build();
     client.try_subscribe("cmnd/+/POWER", QoS::AtLeastOnce).unwrap();
     testing::hear(&mut connection, |packet| matches!(packet, Packet::SubAck(_)));
     let devices = Arc::clone(devices);
@@ -114,7 +115,8 @@ fn start_plugs(devices: &Arc<Devices>, port: u16) {
             if devices.hang.load(Ordering::SeqCst) {
                 continue;
             }
-            let name = command.topic.split('/').nth(1).unwrap();
+            let topic = String::from_utf8_lossy(&command.topic);
+            let name = topic.split('/').nth(1).unwrap();
             let is_on = *command.payload == *b"ON";
             devices.states.lock().unwrap().insert(name.to_owned(), json!({"on": is_on}));
             let answer = if is_on { "ON" } else { "OFF" };

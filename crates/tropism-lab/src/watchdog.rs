@@ -100,8 +100,11 @@ pub fn watch(
 ) -> Result<(), Error> {
     let mut plan = WatchdogPlan::read(&mut input)?;
     let log = Log::start(log);
-    if let Some(Err(error)) = plan.rig.mqtt.as_mut().map(|broker| broker.read_password()) {
-        log.say(error.to_string());
+    if let Some(broker) = &mut plan.rig.mqtt {
+        match broker.opened() {
+            Ok(opened) => *broker = opened,
+            Err(error) => log.say(error.to_string()),
+        }
     }
     protect_from_low_memory();
     match listen(input, answers, plan.silence_s, TICK) {

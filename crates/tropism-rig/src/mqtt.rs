@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tropism::rig::RigError;
 
-use crate::http::read_secret;
+use crate::http::{in_plain_words, read_secret};
 use crate::seconds::{Seconds, one, ten};
 use crate::switch::Switch;
 use crate::{device, failed};
@@ -39,28 +39,90 @@ pub struct Broker {
     /// A file whose first line is the password, so that it stays out of run folders.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub password_file: Option<PathBuf>,
-    /// The password, once it was read.
+    /// The certificate of the authority that signed the broker's, in PEM. With it the connection is encrypted; such brokers
+    /// listen on port 8883. For a broker on the Internet it is the system's own list, such as
+    /// `/etc/ssl/certs/ca-certificates.crt`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ca_file: Option<PathBuf>,
+    /// What its files hold, once they were read.
     #[serde(skip)]
-    pub password: Option<String>,
+    secrets: Option<Secrets>,
+}
+
+/// What the files of a broker hold.
+#[derive(Clone, PartialEq)]
+struct Secrets {
+    password: Option<String>,
+    ca: Option<Vec<u8>>,
+}
+
+impl std::fmt::Debug for Secrets {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Secrets")
+    }
 }
 
 impl Broker {
-    /// Its password, if it has one.
-    pub(crate) fn password(&self) -> Result<Option<String>, RigError> {
-        match &self.password {
-            None => self.password_file.as_deref().map(read_secret).transpose(),
-            known => Ok(known.clone()),
-        }
+    /// A broker without user and encryption.
+    #[must_use]
+    pub fn new(host: &str, port: u16) -> Self {
+        let host = host.to_owned();
+        Self { host, port, username: None, password_file: None, ca_file: None, secrets: None }
     }
 
-    /// Reads its password now, so that the disk is not needed later.
+    /// Checks the settings.
     ///
     /// # Errors
-    /// [`RigError::Device`] if the file cannot be read.
-    pub fn read_password(&mut self) -> Result<(), RigError> {
-        self.password = self.password()?;
+    /// What was found, and what is wanted; without the feature `tls`, `ca_file` is refused.
+    pub fn check(&self) -> Result<(), String> {
+        if !cfg!(feature = "tls") && self.ca_file.is_some() {
+            return Err("mqtt: ca_file needs the feature `tls`".to_owned());
+        }
         Ok(())
     }
+
+    /// The broker with what its files hold, so that the disk is not needed later.
+    ///
+    /// # Errors
+    /// [`RigError::Device`] if one cannot be read.
+    pub fn opened(&self) -> Result<Self, RigError> {
+        let mut opened = self.clone();
+        if opened.secrets.is_none() {
+            let ca = self.ca_file.as_deref().map(read_file).transpose()?;
+            let password = self.password_file.as_deref().map(read_secret).transpose()?;
+            opened.secrets = Some(Secrets { password, ca });
+        }
+        Ok(opened)
+    }
+
+    /// A connection under the name `client`, for at most `waiting` requests at once; `set` sets more of its options. A broker
+    /// that was not [opened](Self::opened) gets no password, and is not trusted with encryption.
+    pub(crate) fn connect(
+        &self,
+        client: String,
+        waiting: usize,
+        set: impl FnOnce(&mut MqttOptions),
+    ) -> (Client, Connection) {
+        let mut options = MqttOptions::new(client, (self.host.clone(), self.port));
+        options.set_clean_session(true);
+        let secrets = self.secrets.as_ref();
+        if let Some(username) = &self.username {
+            let password = secrets.and_then(|secrets| secrets.password.clone());
+            options.set_credentials(username, password.unwrap_or_default());
+        }
+        #[cfg(feature = "tls")]
+        if self.ca_file.is_some() {
+            let ca = secrets.and_then(|secrets| secrets.ca.clone()).unwrap_or_default();
+            options.set_transport(rumqttc::Transport::tls(ca, None, None));
+        }
+        set(&mut options);
+        Client::builder(options).capacity(waiting).build()
+    }
+}
+
+fn read_file(path: &std::path::Path) -> Result<Vec<u8>, RigError> {
+    std::fs::read(path)
+        .map_err(|error| failed(path.display().to_string(), format!("cannot be read: {error}")))
 }
 
 const fn port() -> u16 {
@@ -213,12 +275,10 @@ impl Plug {
             return Err(failed(device, "found no [mqtt], wanted the host of the broker"));
         };
         let topics = self.topics().map_err(|problem| failed(device, problem))?;
-        let password = broker.password()?;
         Ok(OpenPlug {
             device: format!("{device} ({} at {}:{})", topics.set, broker.host, broker.port),
             plug: self.clone(),
-            broker: broker.clone(),
-            password,
+            broker: broker.opened()?,
             topics,
             on_timeout: self.timeout_s.duration(),
         })
@@ -257,7 +317,6 @@ pub(crate) struct OpenPlug {
     device: String,
     plug: Plug,
     broker: Broker,
-    password: Option<String>,
     topics: Topics,
     /// Time limit of the command that switches it on.
     on_timeout: Duration,
@@ -283,12 +342,9 @@ impl OpenPlug {
     fn connect(&self) -> (Client, Connection) {
         let number = CONNECTIONS.fetch_add(1, Ordering::Relaxed);
         let name = format!("tropism-{}-{number}", std::process::id());
-        let mut options = MqttOptions::new(name, &self.broker.host, self.broker.port);
-        options.set_clean_session(true).set_max_packet_size(MAX_BYTES, MAX_BYTES);
-        if let Some(username) = &self.broker.username {
-            options.set_credentials(username, self.password.as_deref().unwrap_or_default());
-        }
-        Client::new(options, 8)
+        self.broker.connect(name, 8, |options| {
+            options.set_max_packet_size(MAX_BYTES, MAX_BYTES);
+        })
     }
 
     /// Waits for the next packet from the broker.
@@ -298,7 +354,9 @@ impl OpenPlug {
             match connection.recv_timeout(left) {
                 Ok(Ok(Event::Incoming(packet))) => return Ok(packet),
                 Ok(Ok(Event::Outgoing(_))) => {}
-                Ok(Err(error)) => return Err(self.error(format!("while {doing}: {error}"))),
+                Ok(Err(error)) => {
+                    return Err(self.error(format!("while {doing}: {}", in_plain_words(&error.to_string()))));
+                }
                 Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
                     let timeout = self.plug.timeout_s.duration();
                     return Err(
@@ -311,7 +369,7 @@ impl OpenPlug {
 
     /// Whether `message` says that the device is offline.
     fn is_offline(&self, message: &Publish) -> bool {
-        self.topics.availability.as_ref() == Some(&message.topic)
+        self.topics.availability.as_ref().is_some_and(|topic| message.topic == topic.as_bytes())
             && is_online(&message.payload) == Some(false)
     }
 
@@ -350,7 +408,7 @@ impl OpenPlug {
                 Packet::Publish(message) if self.is_offline(&message) => return Err(offline()),
                 // A retained state is older than the command.
                 Packet::Publish(message)
-                    if message.topic == self.topics.state
+                    if message.topic == self.topics.state.as_bytes()
                         && !message.retain
                         && self::is_on(&message.payload) == Some(is_on) =>
                 {
@@ -431,13 +489,7 @@ mod tests {
     }
 
     fn open(port: u16, plug: &Plug) -> OpenPlug {
-        let broker = Broker {
-            host: "127.0.0.1".to_owned(),
-            port,
-            username: None,
-            password_file: None,
-            password: None,
-        };
+        let broker = Broker::new("127.0.0.1", port);
         plug.open("flash", Some(&broker)).unwrap()
     }
 
@@ -475,7 +527,8 @@ mod tests {
             let device = Self::default();
             let (topics, dialect) = (plug.topics().unwrap(), plug.dialect);
             let name = format!("device-{}", CONNECTIONS.fetch_add(1, Ordering::Relaxed));
-            let (client, mut connection) = Client::new(MqttOptions::new(name, "127.0.0.1", port), 8);
+            let (client, mut connection) =
+                Broker::new("127.0.0.1", port).connect(name.to_string(), 8, |_| {});
             let own = device.clone();
             thread::spawn(move || {
                 for event in connection.iter() {
@@ -538,7 +591,8 @@ mod tests {
         let Some(broker) = Mosquitto::start(None) else { return };
         let plug = tasmota(10.0);
         let device = Device::start(&plug, broker.port);
-        let (client, mut connection) = Client::new(MqttOptions::new("will", "127.0.0.1", broker.port), 8);
+        let (client, mut connection) =
+            Broker::new("127.0.0.1", broker.port).connect("will".to_owned(), 8, |_| {});
         client.try_publish("tele/flash/LWT", QoS::AtLeastOnce, true, "Offline").unwrap();
         hear(&mut connection, |packet| matches!(packet, Packet::PubAck(_)));
         let error = open(broker.port, &plug).switch(true).unwrap_err().to_string();
@@ -571,6 +625,44 @@ mod tests {
         assert_eq!(device.told(), ["ON", "OFF", "OFF", "OFF"]);
     }
 
+    /// A broker with a certificate for 127.0.0.1, and the file of the authority that signed it. `None` where a program is missing.
+    #[cfg(feature = "tls")]
+    fn encrypted(folder: &std::path::Path) -> Option<(Mosquitto, PathBuf)> {
+        let script = "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -keyout ca.key -out ca.pem \
+                          -subj /CN=tent -days 2
+                      openssl req -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -keyout own.key -out own.csr -subj /CN=broker
+                      echo subjectAltName=IP:127.0.0.1 > names
+                      openssl x509 -req -in own.csr -CA ca.pem -CAkey ca.key -CAcreateserial -extfile names -out own.pem -days 2";
+        let made = std::process::Command::new("sh").args(["-ec", script]).current_dir(folder).output();
+        if !made.is_ok_and(|made| made.status.success()) {
+            eprintln!("skipped: wants openssl, which is not installed");
+            return None;
+        }
+        let file = |name: &str| folder.join(name).display().to_string();
+        let [own, key, ca] = ["own.pem", "own.key", "ca.pem"].map(file);
+        let broker = Mosquitto::start_with(folder, &format!("certfile {own}\nkeyfile {key}\ncafile {ca}\n"))?;
+        Some((broker, folder.join("ca.pem")))
+    }
+
+    #[cfg(feature = "tls")]
+    #[test]
+    fn an_encrypted_broker_is_trusted_by_its_authority_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let other = tempfile::tempdir().unwrap();
+        let Some((broker, ca_file)) = encrypted(folder.path()) else { return };
+        let Some((_, foreign)) = encrypted(other.path()) else { return };
+        let with = |ca_file: Option<PathBuf>| {
+            let broker = Broker { ca_file, ..Broker::new("127.0.0.1", broker.port) };
+            crate::probe::broker(&broker, &[]).map_err(|error| error.to_string())
+        };
+        with(Some(ca_file)).unwrap();
+        let error = with(Some(foreign)).unwrap_err();
+        assert!(error.contains("its certificate is refused: nobody whom this computer trusts"), "{error}");
+        assert!(with(None).unwrap_err().contains("while connecting"));
+        let error = with(Some(folder.path().join("absent.pem"))).unwrap_err();
+        assert!(error.contains("absent.pem: cannot be read"), "{error}");
+    }
+
     /// The name of the test below in its own process.
     const LOOK_UP: &str = "mqtt::tests::a_name_server_that_never_answers_does_not_outlast_the_deadline";
 
@@ -579,13 +671,7 @@ mod tests {
     fn a_name_server_that_never_answers_does_not_outlast_the_deadline() {
         if std::env::var_os("TROPISM_MUTE_NAMES").is_some() {
             let _mute = std::net::UdpSocket::bind("127.0.0.1:53").unwrap();
-            let broker = Broker {
-                host: "broker.test".to_owned(),
-                port: 1883,
-                username: None,
-                password_file: None,
-                password: None,
-            };
+            let broker = Broker::new("broker.test", 1883);
             let started = Instant::now();
             let error =
                 tasmota(0.3).open("flash", Some(&broker)).unwrap().switch(false).unwrap_err().to_string();

@@ -2,10 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use rumqttc::{Client, Event, MqttOptions, Packet, QoS, RecvTimeoutError};
+use rumqttc::{Event, Packet, QoS, RecvTimeoutError};
 use tropism::rig::RigError;
 
 use crate::failed;
+use crate::http::in_plain_words;
 use crate::mqtt::{Broker, Plug, is_online};
 
 /// Result of a broker check.
@@ -30,19 +31,15 @@ pub fn broker(broker: &Broker, plugs: &[&Plug]) -> Result<BrokerReport, RigError
     let error = |problem: String| failed(format!("broker ({}:{})", broker.host, broker.port), problem);
     let name = format!("tropism-check-{}", std::process::id());
     let own = format!("tropism/check/{}", std::process::id());
-    let mut options = MqttOptions::new(&name, &broker.host, broker.port);
-    options.set_clean_session(true);
-    if let Some(username) = &broker.username {
-        let password = broker.password()?;
-        options.set_credentials(username, password.unwrap_or_default());
-    }
-    let (client, mut connection) = Client::new(options, 32);
+    let (client, mut connection) = broker.opened()?.connect(name.clone(), 32, |_| {});
     let deadline = Instant::now() + TIMEOUT;
     let mut next = |doing: &str| loop {
         match connection.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
             Ok(Ok(Event::Incoming(packet))) => return Ok(packet),
             Ok(Ok(Event::Outgoing(_))) => {}
-            Ok(Err(cause)) => return Err(error(format!("while {doing}: {cause}"))),
+            Ok(Err(cause)) => {
+                return Err(error(format!("while {doing}: {}", in_plain_words(&cause.to_string()))));
+            }
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
                 return Err(error(format!("while {doing}: found no answer in {TIMEOUT:?}, wanted one")));
             }
@@ -73,18 +70,19 @@ pub fn broker(broker: &Broker, plugs: &[&Plug]) -> Result<BrokerReport, RigError
                     client.try_publish(&own, QoS::AtMostOnce, false, name.as_str()).map_err(refused)?;
                 }
             }
-            Packet::Publish(message) if message.topic == own => {
+            Packet::Publish(message) if message.topic == own.as_bytes() => {
                 let round_trip = sent.map_or(TIMEOUT, |sent| sent.elapsed());
                 let _ = client.try_disconnect();
                 return Ok(BrokerReport { round_trip, retained_commands, offline });
             }
-            Packet::Publish(message) if message.retain && commands.contains(&message.topic) => {
-                retained_commands.push(message.topic);
-            }
-            Packet::Publish(message)
-                if availabilities.contains(&message.topic) && is_online(&message.payload) == Some(false) =>
-            {
-                offline.push(message.topic);
+            Packet::Publish(message) => {
+                let is_it = |topic: &&String| message.topic == topic.as_bytes();
+                if message.retain {
+                    retained_commands.extend(commands.iter().find(is_it).cloned());
+                }
+                if is_online(&message.payload) == Some(false) {
+                    offline.extend(availabilities.iter().find(is_it).cloned());
+                }
             }
             _ => {}
         }
@@ -99,18 +97,12 @@ mod tests {
     #[test]
     fn a_retained_command_is_found() {
         let Some(mosquitto) = Mosquitto::start(None) else { return };
-        let rig = Broker {
-            host: "127.0.0.1".to_owned(),
-            port: mosquitto.port,
-            username: None,
-            password_file: None,
-            password: None,
-        };
+        let rig = Broker::new("127.0.0.1", mosquitto.port);
         let plug: Plug = toml::from_str("dialect = \"tasmota\"\nname = \"flash\"").unwrap();
         let found = broker(&rig, &[&plug]).unwrap();
         assert_eq!((found.retained_commands, found.offline), (Vec::new(), Vec::new()));
 
-        let (client, mut connection) = Client::new(MqttOptions::new("other", "127.0.0.1", mosquitto.port), 8);
+        let (client, mut connection) = rig.connect("other".to_owned(), 8, |_| {});
         for (topic, text) in [("cmnd/flash/POWER", "ON"), ("tele/flash/LWT", "Offline")] {
             client.try_publish(topic, QoS::AtLeastOnce, true, text).unwrap();
             hear(&mut connection, |packet| matches!(packet, Packet::PubAck(_)));

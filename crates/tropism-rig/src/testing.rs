@@ -73,9 +73,39 @@ impl Mosquitto {
         }
     }
 
+    /// A broker with further lines of a configuration file, which is written into `folder`.
+    #[cfg_attr(not(feature = "tls"), expect(dead_code, reason = "for encrypted brokers"))]
+    pub(crate) fn start_with(folder: &std::path::Path, lines: &str) -> Option<Self> {
+        drop(Self::start(None)?);
+        let started = Instant::now();
+        loop {
+            let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+            let config = folder.join("mosquitto.conf");
+            std::fs::write(
+                &config,
+                format!("listener {port} 127.0.0.1\nallow_anonymous true\nuser root\n{lines}"),
+            )
+            .unwrap();
+            let program = ["/usr/sbin/mosquitto", "/usr/bin/mosquitto"]
+                .into_iter()
+                .find(|path| std::path::Path::new(path).is_file())?;
+            let mut command = Command::new(program);
+            command.arg("-c").arg(config).stdout(Stdio::null()).stderr(Stdio::null());
+            let mut broker = Self { port, child: command.spawn().unwrap() };
+            while broker.child.try_wait().unwrap().is_none() {
+                if std::net::TcpStream::connect(("127.0.0.1", port)).is_ok() {
+                    return Some(broker);
+                }
+                thread::sleep(Duration::from_millis(10));
+            }
+            assert!(started.elapsed() < TIMEOUT, "mosquitto ends on port {port}");
+        }
+    }
+
     /// Whether a broker accepts a connection.
     fn answers(&self) -> bool {
-        let (_client, mut connection) = Client::new(MqttOptions::new("knock", "127.0.0.1", self.port), 1);
+        let (_client, mut connection) =
+            Client::builder(MqttOptions::new("knock", ("127.0.0.1", self.port))).capacity(1).build();
         matches!(connection.recv_timeout(Duration::from_secs(1)), Ok(Ok(Event::Incoming(Packet::ConnAck(_)))))
     }
 

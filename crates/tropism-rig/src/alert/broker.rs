@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
-use rumqttc::{Client, Connection, Event, LastWill, MqttOptions, Packet, QoS, RecvTimeoutError};
+use rumqttc::{Client, Connection, Event, LastWill, Packet, QoS, RecvTimeoutError};
 use serde_json::{Value, json};
 use tropism::rig::EventKind;
 use tropism::rig::RigError;
@@ -24,10 +24,8 @@ const RECONNECT_PAUSE: Duration = Duration::from_secs(5);
 
 /// Starts the thread that publishes to `broker`.
 pub(super) fn start(broker: &Broker, alert: &MqttAlert, run: &str) -> Result<Channel, RigError> {
-    let password = broker.password()?;
     let publisher = Publisher {
-        broker: broker.clone(),
-        password,
+        broker: broker.opened()?,
         alert: alert.clone(),
         run: run.to_owned(),
         status: json!({"schema": "tropism.status/1", "run": run, "state": "running"}),
@@ -40,7 +38,6 @@ pub(super) fn start(broker: &Broker, alert: &MqttAlert, run: &str) -> Result<Cha
 
 struct Publisher {
     broker: Broker,
-    password: Option<String>,
     alert: MqttAlert,
     run: String,
     /// The retained status.
@@ -82,14 +79,11 @@ impl Publisher {
 
     fn connect(&self) -> (Client, Connection) {
         let name = format!("tropism-run-{}", std::process::id());
-        let mut options = MqttOptions::new(name, &self.broker.host, self.broker.port);
-        options.set_clean_session(true).set_keep_alive(Duration::from_secs(15));
         let will = json!({"schema": "tropism.status/1", "run": self.run, "state": "lost"}).to_string();
-        options.set_last_will(LastWill::new(self.topic("status"), will, QoS::AtLeastOnce, true));
-        if let Some(username) = &self.broker.username {
-            options.set_credentials(username, self.password.as_deref().unwrap_or_default());
-        }
-        Client::new(options, 16)
+        self.broker.connect(name, 16, |options| {
+            options.set_keep_alive(15);
+            options.set_last_will(LastWill::new(self.topic("status"), will, QoS::AtLeastOnce, true));
+        })
     }
 
     /// Reads all commands; sets `end` to the deadline once the end is commanded.

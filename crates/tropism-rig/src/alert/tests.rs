@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use rumqttc::{Client, Event, MqttOptions, Packet, QoS};
+use rumqttc::{Event, Packet, QoS};
 use serde_json::Value;
 
 use super::channel::{Channel, Pace};
@@ -224,7 +224,7 @@ type Heard = Arc<Mutex<Vec<(String, Value)>>>;
 fn listen(port: u16) -> (Heard, Arc<AtomicBool>) {
     let (heard, is_there) = (Heard::default(), Arc::new(AtomicBool::new(false)));
     let (log, there) = (Arc::clone(&heard), Arc::clone(&is_there));
-    let (client, mut connection) = Client::new(MqttOptions::new("listener", "127.0.0.1", port), 8);
+    let (client, mut connection) = Broker::new("127.0.0.1", port).connect("listener".to_owned(), 8, |_| {});
     client.try_subscribe("tent/#", QoS::AtLeastOnce).unwrap();
     thread::spawn(move || {
         let _client = client;
@@ -233,7 +233,7 @@ fn listen(port: u16) -> (Heard, Arc<AtomicBool>) {
                 Ok(Event::Incoming(Packet::SubAck(_))) => there.store(true, Ordering::SeqCst),
                 Ok(Event::Incoming(Packet::Publish(message))) => {
                     let said = serde_json::from_slice(&message.payload).unwrap();
-                    log.lock().unwrap().push((message.topic, said));
+                    log.lock().unwrap().push((String::from_utf8_lossy(&message.topic).into_owned(), said));
                 }
                 Ok(_) => {}
                 Err(_) => return,
@@ -246,13 +246,7 @@ fn listen(port: u16) -> (Heard, Arc<AtomicBool>) {
 #[test]
 fn a_broker_keeps_the_status_and_says_when_we_are_lost() {
     let Some(mosquitto) = Mosquitto::start(None) else { return };
-    let rig = Broker {
-        host: "127.0.0.1".to_owned(),
-        port: mosquitto.port,
-        username: None,
-        password_file: None,
-        password: None,
-    };
+    let rig = Broker::new("127.0.0.1", mosquitto.port);
     let (heard, is_there) = listen(mosquitto.port);
     wait_until(|| is_there.load(Ordering::SeqCst));
     let settings = "driver = \"mqtt\"\ntopic = \"tent\"\non = [\"mismatch\"]";
@@ -279,7 +273,7 @@ fn a_broker_keeps_the_status_and_says_when_we_are_lost() {
     let alerts = open(settings, Some(&rig));
     wait_until(|| states().len() > count);
     let name = format!("tropism-run-{}", std::process::id());
-    let (_client, mut thief) = Client::new(MqttOptions::new(name, "127.0.0.1", mosquitto.port), 8);
+    let (_client, mut thief) = Broker::new("127.0.0.1", mosquitto.port).connect(name, 8, |_| {});
     hear(&mut thief, |packet| matches!(packet, Packet::ConnAck(_)));
     wait_until(|| states().contains(&"lost".to_owned()));
     drop(alerts);

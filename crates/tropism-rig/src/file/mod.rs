@@ -149,6 +149,9 @@ pub struct OpenRig {
     pub truth: Option<TentHandle>,
 }
 
+/// The shortest time between two photographs: chosen, some milliseconds, shorter than any camera's.
+const LEAST_PERIOD_MIN: f64 = 1e-4;
+
 impl RigFile {
     /// A rig file of the virtual tent.
     #[must_use]
@@ -226,8 +229,8 @@ impl RigFile {
     pub fn faults(&self) -> Vec<RigFileError> {
         let mut faults = Vec::new();
         let mut add = |result: Result<(), String>| faults.extend(result.err());
-        if !(self.period_min > 0.0 && self.period_min <= 24.0 * 60.0) {
-            add(Err(format!("found period_min = {}, wanted above 0 and at most 1440", self.period_min)));
+        if !(LEAST_PERIOD_MIN..=24.0 * 60.0).contains(&self.period_min) {
+            add(Err(format!("found period_min = {}, wanted {LEAST_PERIOD_MIN} to 1440", self.period_min)));
         }
         self.patience.iter().for_each(|policy| add(policy.check()));
         if let (Some(lamps), Some(Calibration { width, height, .. })) =
@@ -269,6 +272,9 @@ impl RigFile {
             missing.iter().filter(|(_, is_missing)| *is_missing).map(|(key, _)| *key).collect();
         if !missing.is_empty() {
             add(Err(format!("found no {}, wanted them, or greenhouse instead", missing.join(", "))));
+        }
+        if let Some(broker) = &self.mqtt {
+            add(broker.check());
         }
         if let Some(camera) = &self.camera {
             add(camera.check().map_err(|problem| format!("camera: {problem}")));
