@@ -336,17 +336,8 @@ impl Obstacle {
         }
     }
 
-    /// The distance from `point`, but for rounding; sooner found than [`Self::distance`].
-    fn rounded_distance(&self, point: Point) -> f64 {
-        match *self {
-            Self::Disc { centre, radius_cm } => root_of_squares(point, centre) - radius_cm,
-            Self::Line { .. } => root_of_squares(point, self.nearest(point)),
-            Self::Box { .. } => self.distance(point),
-        }
-    }
-
-    /// Shows `look` points of the way from `from` to `to`, the nearest to the obstacle among them; of a box, to half of
-    /// [`SPACING_CM`].
+    /// Calls `look` with points of the segment from `from` to `to`, the nearest to the obstacle among them; of a box, to half
+    /// of [`SPACING_CM`].
     fn for_nearest_of(&self, [from, to]: [Point; 2], mut look: impl FnMut(Point)) {
         match *self {
             Self::Disc { centre, .. } => look(from.lerp(to, share_nearest(from, to, centre))),
@@ -365,12 +356,6 @@ impl Obstacle {
             }
         }
     }
-}
-
-/// Distance of two points less than 1e100 apart. [`Point::distance`] also knows others, and takes three times as long.
-fn root_of_squares(one: Point, other: Point) -> f64 {
-    let (x, y) = (one.x - other.x, one.y - other.y);
-    (x * x + y * y).sqrt()
 }
 
 /// [`path::share_nearest`] in the plane.
@@ -402,10 +387,10 @@ pub(crate) fn clearance_within(limit_cm: f64, obstacles: &[Obstacle], stem: &Pol
     let mut nearest: Option<Clearance> = None;
     let mut bound = limit_cm + ROUNDING_CM;
     for pair in stem.0.windows(2) {
-        let (middle, half) = (pair[0].lerp(pair[1], 0.5), 0.5 * root_of_squares(pair[0], pair[1]));
+        let (middle, half) = (pair[0].lerp(pair[1], 0.5), 0.5 * pair[0].distance(pair[1]));
         for obstacle in obstacles {
             // No point of the segment is nearer than its middle by more than half its length.
-            if obstacle.rounded_distance(middle) - half > bound {
+            if obstacle.distance(middle) - half > bound {
                 continue;
             }
             obstacle.for_nearest_of([pair[0], pair[1]], |point| {
