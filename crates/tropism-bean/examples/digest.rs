@@ -37,7 +37,7 @@ fn bits(track: &Track) -> Vec<u8> {
 fn main() -> Result<(), Box<dyn Error>> {
     let species = Species::default();
     let trial = Trial::new(&species);
-    let open_loop = OpenLoop { steps: STEPS, ..OpenLoop::default() };
+    let open_loop = Task::open_loop(STEPS);
     let periodic = || Periodic::new(20, &trial.layout);
 
     let one = trial.grow(1, &mut periodic(), &open_loop, &mut unwatched);
@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert_eq!(tracks[0], one, "a bean among others is the bean alone");
     print("beans side by side", &tracks.iter().flat_map(bits).collect::<Vec<u8>>());
 
-    let task = Targets { max_steps: STEPS, ..Targets::default() };
+    let task = Task { max_steps: STEPS, ..Task::default() };
     let greedy = || Greedy::new(&task, &trial.layout);
     let model = TipModel::fit(&tracks, TipModelConfig::default())?;
     print("predictions of the tip model", &bits(&simulate(&model, &mut greedy(), &task, 7)));
