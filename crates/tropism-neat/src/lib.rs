@@ -60,7 +60,7 @@
 //! [is feed-forward](Network::is_feed_forward), and advances any other network by one synchronous step
 //! ([`Network::activate`]). [`StepNetwork`] runs networks of step neurons much faster, to the same bits.
 //!
-//! **Parameters.** [`Config::multineat`], the default, [`Config::stanley2002`] and [`Config::wahby2016`] are presets with
+//! **Parameters.** [`Config::wahby2016`], the default, [`Config::multineat`] and [`Config::stanley2002`] are presets with
 //! sources. Extensions are off by default: a cost of links ([`Config::complexity_penalty`]), distances relative to genome
 //! size ([`Config::normalize_genome_size`]) and networks without cycles ([`Config::feed_forward`]).
 //!
