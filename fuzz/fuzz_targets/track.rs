@@ -2,6 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use tropism::plant::FittedModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::track::Track;
 

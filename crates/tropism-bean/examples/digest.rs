@@ -7,7 +7,7 @@ use std::error::Error;
 use std::ops::ControlFlow;
 
 use sha2::{Digest, Sha256};
-use tropism::plant::stem::StemModel;
+use tropism::plant::stem::PlaneModel;
 use tropism::prelude::*;
 use tropism_bean::render::Renderer;
 use tropism_bean::scene::Scene;
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let greedy = || Greedy::new(&task, &trial.layout);
     let model = TipModel::fit(&tracks, TipModelConfig::default())?;
     print("predictions of the tip model", &bits(&simulate(&model, &mut greedy(), &task, 7)));
-    let stem = StemModel::fit(&tracks)?;
+    let stem = PlaneModel::fit(&tracks)?;
     print("predictions of the stem model", &bits(&simulate(&stem, &mut greedy(), &task, 7)));
 
     let config = EvolutionConfig { runs: 1, generations: 8, ..EvolutionConfig::default() };

@@ -55,7 +55,6 @@ fn every_command_shows_an_example() {
         let has_chance = [
             "study",
             "run",
-            "fit",
             "forecast",
             "evolve",
             "baseline",

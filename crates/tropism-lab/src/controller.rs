@@ -10,8 +10,9 @@ use tropism::task::Task;
 use tropism::track::SAME_PERIOD;
 
 use crate::error::Error;
+use crate::files;
+use crate::model::ModelKind;
 use crate::planner::PlannerSpec;
-use crate::{files, model};
 
 /// Minutes between two switches of the paper's periodic controller: six hours (section 2.2.1).
 pub const PAPER_SWITCH_MIN: f64 = 360.0;
@@ -82,7 +83,9 @@ impl ControllerSpec {
     /// [`Error`] names the file.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = files::read_text(path)?;
-        if path.extension().is_some_and(|extension| extension == "toml") || model::is_named_in(&text) {
+        if path.extension().is_some_and(|extension| extension == "toml")
+            || ModelKind::of_file(&text).is_some()
+        {
             return Ok(Self::Plan(Box::new(PlannerSpec::read(path)?)));
         }
         if TunedRule::is_named_in(&text) {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use tropism::plant::tip::ModelError;
+use tropism::plant::ModelError;
 
 use crate::files::FileError;
 use crate::folder::FolderError;

@@ -3,42 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::geometry::Point;
 use tropism::math::statistics::range;
 use tropism::observation::Quality;
-use tropism::plant::space::SpaceModel;
-use tropism::plant::stem::StemModel;
-use tropism::plant::tip::{TipModel, TipModelConfig};
+use tropism::plant::tip::TipModelConfig;
 use tropism::text::plural;
 use tropism::track::{Sample, Track};
 
+pub use crate::model::ModelKind;
 use crate::run::RunConfig;
 use crate::track::{doubts_of, is_virtual};
 use crate::{Error, Monitor, Workflow, files};
-
-/// Kinds of models.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ModelKind {
-    /// The paper's tip-motion model.
-    #[default]
-    Tip,
-    /// The linear model of the whole stem. The tracks must have stems.
-    Stem,
-    /// The linear model of the whole stem in space. The tracks must have stems in space.
-    Space,
-}
-
-impl ModelKind {
-    /// The word used in plans.
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Tip => "tip",
-            Self::Stem => "stem",
-            Self::Space => "space",
-        }
-    }
-}
 
 /// Fits a model to tracks and writes it to a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -99,7 +73,7 @@ impl Workflow for FitPlan {
         if self.tracks.is_empty() {
             return Err(Error::Plan("found no `tracks`, wanted at least one".to_owned()));
         }
-        if self.kind != ModelKind::Tip && self.model != TipModelConfig::default() {
+        if !self.kind.has_settings() && self.model != TipModelConfig::default() {
             let kind = self.kind.name();
             return Err(Error::Plan(format!(
                 "found settings of a tip-motion model, wanted none with `kind` {kind}, which has no settings"
@@ -127,28 +101,14 @@ impl Workflow for FitPlan {
             refuse_doubtful(&paths, &tracks)?;
         }
         let is_virtual = paths.iter().zip(&tracks).any(|(path, track)| is_of_virtual_plant(path, track));
-        let (json, shifts, tips) = match self.kind {
-            ModelKind::Tip => {
-                let model = TipModel::fit(&tracks, self.model.clone())?.of_virtual_plants(is_virtual);
-                let tips: Vec<Point> = model.observed().iter().map(|shift| shift.tip).collect();
-                (model.to_json(), tips.len(), tips)
-            }
-            ModelKind::Stem => {
-                let model = StemModel::fit(&tracks)?.of_virtual_plants(is_virtual);
-                (model.to_json(), model.steps(), model.tips().collect())
-            }
-            ModelKind::Space => {
-                let model = SpaceModel::fit(&tracks)?.of_virtual_plants(is_virtual);
-                let in_front = model.tips().map(|[x, y, _]| Point::new(x, y)).collect();
-                (model.to_json(), model.steps(), in_front)
-            }
-        };
-        files::write(&self.out, json.as_bytes())?;
+        let model = self.kind.fit(&tracks.iter().collect::<Vec<_>>(), &self.model, is_virtual)?;
+        let tips = model.tips();
+        files::write(&self.out, model.to_json().as_bytes())?;
         Ok(FitResults {
             model: self.out.clone(),
             tracks: tracks.len(),
             is_virtual,
-            shifts,
+            shifts: model.steps(),
             x_cm: range(tips.iter().map(|tip| tip.x)),
             y_cm: range(tips.iter().map(|tip| tip.y)),
         })

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use serde::{Deserialize, Serialize};
 use tropism::control::{Planner, PlannerConfig};
 use tropism::evolve::TunedRule;
 use tropism::lamps::Layout;
@@ -21,31 +21,8 @@ pub struct PlannerSpec {
     /// What it tries, and how often.
     #[serde(default)]
     pub planner: PlannerConfig,
-    /// The model of the plant on which it tries it.
-    model: PlannerModel,
-}
-
-/// A model of any kind; as data, the text of its file.
-#[derive(Clone, Debug, PartialEq)]
-struct PlannerModel(Arc<Model>);
-
-impl Serialize for PlannerModel {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.0.to_json().serialize(serializer)
-    }
-}
-
-impl<'de> Deserialize<'de> for PlannerModel {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(deserializer)?;
-        Model::from_json(&text).map(Self::from).map_err(de::Error::custom)
-    }
-}
-
-impl From<Model> for PlannerModel {
-    fn from(model: Model) -> Self {
-        Self(Arc::new(model))
-    }
+    /// The model of the plant on which it tries it; as data, the text of its file.
+    model: Model,
 }
 
 /// A planner file, such as `planner.toml`.
@@ -68,7 +45,7 @@ impl PlannerSpec {
     /// [`Error`] names the file, what was found and what was wanted.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
         if path.extension().is_none_or(|extension| extension != "toml") {
-            return Ok(Self { planner: PlannerConfig::default(), model: model::read(path)?.into() });
+            return Ok(Self { planner: PlannerConfig::default(), model: model::read(path)? });
         }
         let PlannerFile { model, rule, mut planner } = files::read_toml(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -76,15 +53,15 @@ impl PlannerSpec {
             planner.rule = files::read_as(&rule, TunedRule::from_json)?.rule;
         }
         planner.check().map_err(|error| FileError::content(path, error.in_table("planner").to_string()))?;
-        Ok(Self { planner, model: model::read(&folder.join(model))?.into() })
+        Ok(Self { planner, model: model::read(&folder.join(model))? })
     }
 
     pub(crate) fn layout(&self) -> &Layout {
-        self.model.0.layout()
+        self.model.layout()
     }
 
     pub(crate) fn period_min(&self) -> f64 {
-        self.model.0.period_min()
+        self.model.period_min()
     }
 
     /// The controller for `task`.
@@ -92,7 +69,7 @@ impl PlannerSpec {
     /// # Panics
     /// If the settings were not checked.
     pub(crate) fn controller(&self, task: &Task) -> Planner<Model> {
-        Planner::new(Arc::clone(&self.model.0), task.clone(), self.planner.clone())
+        Planner::new(Arc::new(self.model.clone()), task.clone(), self.planner.clone())
             .expect("settings that were checked")
     }
 }

@@ -48,14 +48,14 @@ fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
         recipes: vec![
             recipe(
                 "paper",
-                Method::Evolve { model: ModelKind::Tip, from: None, evolution: evolution.clone() },
+                Method::Evolve { model: ModelKind::TIP, from: None, evolution: evolution.clone() },
             ),
             recipe(
                 "weights",
-                Method::Evolve { model: ModelKind::Tip, from: Some("paper".to_owned()), evolution: weights },
+                Method::Evolve { model: ModelKind::TIP, from: Some("paper".to_owned()), evolution: weights },
             ),
-            recipe("rule", Method::Tune { model: ModelKind::Stem, search }),
-            recipe("planner", Method::Plan { model: ModelKind::Stem, planner: Box::new(planner) }),
+            recipe("rule", Method::Tune { model: ModelKind::STEM, search }),
+            recipe("planner", Method::Plan { model: ModelKind::STEM, planner: Box::new(planner) }),
         ],
         worlds: vec![
             World { steps: Some(160), ..world("alike", 0.5) },

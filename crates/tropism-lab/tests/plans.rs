@@ -104,7 +104,7 @@ fn a_value_out_of_range_is_named() {
     is_refused(&SimulatePlan { episodes: 0, ..SimulatePlan::default() }, "found episodes = 0");
     is_refused(&RecoveryPlan { plants: 1, ..RecoveryPlan::default() }, "found plants = 1, wanted 2 to");
     is_refused(&FitPlan::default(), "found no `tracks`");
-    let mut stem = FitPlan { tracks: vec!["track.csv".into()], kind: ModelKind::Stem, ..FitPlan::default() };
+    let mut stem = FitPlan { tracks: vec!["track.csv".into()], kind: ModelKind::STEM, ..FitPlan::default() };
     stem.model.window.wx = 1.0;
     is_refused(&stem, "wanted none with `kind` stem");
     let mut tune = TunePlan::default();

@@ -16,6 +16,7 @@ use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Quality;
 use tropism::photo::Photo;
+use tropism::plant::FittedModel;
 use tropism::plant::PlantModel;
 use tropism::plant::tip::TipModel;
 use tropism::rig::Durability;
@@ -176,7 +177,7 @@ fn a_run_at_any_interval_is_one_from_photographs_to_model() {
         let hourly = model.config().growth.mean * 60.0 / period_min;
         assert!((hourly - 0.36).abs() < 1e-9, "{hourly} cm an hour at {period_min} min");
         // A model of steps that are too long for its windows is refused, as are tracks of different intervals.
-        let stem = FitPlan { kind: ModelKind::Stem, ..fit.clone() };
+        let stem = FitPlan { kind: ModelKind::STEM, ..fit.clone() };
         if period_min > 10.0 {
             let error = stem.execute(&Silent).unwrap_err().to_string();
             assert!(error.contains("found 30 minutes between steps, wanted at most 10"), "{error}");

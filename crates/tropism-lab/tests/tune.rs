@@ -37,7 +37,7 @@ fn an_interrupted_search_goes_on_to_the_same_rule() {
     let grown = Trial::new(&species).grow(5_000_000, &mut periodic, &task, &mut unwatched);
     files::write_track(&track, &grown).unwrap();
     let fit =
-        FitPlan { tracks: vec![track], kind: ModelKind::Stem, out: model.clone(), ..FitPlan::default() };
+        FitPlan { tracks: vec![track], kind: ModelKind::STEM, out: model.clone(), ..FitPlan::default() };
     let fitted = fit.execute(&Silent).unwrap();
     assert_eq!((fitted.shifts, fitted.is_virtual), (300, true));
     let search = RuleSearch { generations: 6, population: 4, episodes: 2, starts: 2 };
@@ -96,7 +96,7 @@ fn a_model_in_space_says_beforehand_what_a_rule_reaches_there() {
         path
     };
     let tracks = vec![track(1), track(2)];
-    let fit = FitPlan { tracks, kind: ModelKind::Space, out: model.clone(), ..FitPlan::default() };
+    let fit = FitPlan { tracks, kind: ModelKind::SPACE, out: model.clone(), ..FitPlan::default() };
     assert_eq!(fit.execute(&Silent).unwrap().shifts, 120);
     let search = RuleSearch { generations: 1, population: 4, episodes: 2, starts: 1 };
     let plan = TunePlan {
@@ -113,7 +113,7 @@ fn a_model_in_space_says_beforehand_what_a_rule_reaches_there() {
     let wound = TunePlan { task, out: folder.path().join("spiral.json"), ..plan.clone() };
     let wound = wound.execute(&Silent).unwrap();
     assert!(wound.withheld.is_none() && wound.expected == Some(wound.in_model), "{wound:?}");
-    let plane = FitPlan { kind: ModelKind::Stem, out: folder.path().join("stem.json"), ..fit };
+    let plane = FitPlan { kind: ModelKind::STEM, out: folder.path().join("stem.json"), ..fit };
     let error = plane.execute(&Silent).unwrap_err().to_string();
     assert!(error.contains("wanted two at mirrored places"), "{error}");
 }

@@ -3,7 +3,6 @@
 //! Plants stand in shards, which work on threads of their own; no number depends on that. An episode that is over begins anew at
 //! the next step, whose action is then ignored (Gymnasium's next-step autoreset).
 
-use std::sync::Arc;
 
 use numpy::ndarray::{Array1, Array2};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1};
@@ -16,8 +15,9 @@ use tropism::geometry::{Point, Polyline, STEM_POINTS};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::{Depth, Observation};
 use tropism::obstacle::{Solid, clearance};
-use tropism::plant::PlantModel;
+use tropism::plant::{Plant, PlantModel};
 use tropism::random::{self, NoiseStream, Purpose};
+use tropism::simulation::AnyModel;
 use tropism::task::{Past, Task};
 use tropism::track::{Sample, Track};
 use tropism_bean::detector;
@@ -27,7 +27,6 @@ use tropism_bean::scene::Scene;
 use tropism_bean::tent::Greenhouse;
 use tropism_bean::view::{View, project};
 use tropism_bean::{Bean, Population, lamp_powers};
-use tropism_lab::model::Model as AnyModel;
 
 use crate::error::refused;
 use crate::model::Model;
@@ -159,44 +158,41 @@ trait Plants: Send + Sync {
 }
 
 /// Plants of a model.
-struct Simulated<M: PlantModel> {
-    model: Arc<M>,
+struct Simulated {
+    model: AnyModel,
     /// What the task has around each plant.
     solids: Vec<Solid>,
-    plants: Vec<(M::Plant, NoiseStream, u32)>,
+    plants: Vec<(Box<dyn Plant>, NoiseStream, u32)>,
 }
 
-impl<M: PlantModel> Simulated<M> {
-    fn new(model: &Arc<M>, task: &Task, count: usize) -> Self {
+impl Simulated {
+    fn new(model: &AnyModel, task: &Task, count: usize) -> Self {
         let noise = NoiseStream::new(0, Purpose::Trial, [0; 3]);
         let plant = model.seedling(Point::new(0.0, 4.0), &mut noise.of_seedling());
-        Self { plants: vec![(plant, noise, 0); count], solids: task.solids(), model: Arc::clone(model) }
+        Self { plants: vec![(plant, noise, 0); count], solids: task.solids(), model: model.clone() }
     }
 }
 
-impl<M: PlantModel + Send> Plants for Simulated<M>
-where
-    M::Plant: Send + Sync,
-{
+impl Plants for Simulated {
     fn begin(&mut self, place: usize, start: Point, seed: u64, episode: u32) {
         // The noise of `tropism simulate`, so that the same seed gives the same plants.
         let noise = NoiseStream::new(seed, Purpose::Trial, [episode, 0, 0]);
         let mut plant = self.model.seedling(start, &mut noise.of_seedling());
-        self.model.among(&mut plant, &self.solids);
+        plant.among(&self.solids);
         self.plants[place] = (plant, noise, 0);
     }
 
     fn advance(&mut self, lights: &[Option<Light>]) {
         for ((plant, noise, step), light) in self.plants.iter_mut().zip(lights) {
             if let Some(light) = light {
-                self.model.step(plant, *light, &mut noise.at(*step));
+                plant.step(*light, &mut noise.at(*step));
                 *step += 1;
             }
         }
     }
 
     fn observe(&mut self, place: usize) -> Observation {
-        self.model.observe(&self.plants[place].0)
+        self.plants[place].0.observe()
     }
 
     fn pose(&self, _place: usize) -> Option<Pose> {
@@ -488,19 +484,13 @@ impl Batch {
     #[pyo3(signature = (model, task, count=1, has_stem=false))]
     fn of_model(model: &Model, task: &str, count: usize, has_stem: bool) -> PyResult<Self> {
         let (layout, period_min) = (model.0.layout().clone(), model.0.period_min());
-        if has_stem && !matches!(model.0, AnyModel::Stem(_) | AnyModel::Space(_)) {
+        if has_stem && !model.0.kind().knows_stem() {
             return Err(refused(
                 "found a model of the tip, wanted one of the stem: Model.of_virtual_beans(\"stem\")",
             ));
         }
         let task = task_of(task)?;
-        let plants = |size| -> Box<dyn Plants> {
-            match &model.0 {
-                AnyModel::Tip(model) => Box::new(Simulated::new(model, &task, size)),
-                AnyModel::Stem(model) => Box::new(Simulated::new(model, &task, size)),
-                AnyModel::Space(model) => Box::new(Simulated::new(model, &task, size)),
-            }
-        };
+        let plants = |size| -> Box<dyn Plants> { Box::new(Simulated::new(&model.0, &task, size)) };
         let sight = if has_stem { Sight::Stem } else { Sight::Tip };
         Self::new(Episodes::new(task.clone(), sight), layout, period_min, count, plants)
     }

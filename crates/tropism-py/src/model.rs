@@ -6,13 +6,11 @@ use pyo3::prelude::*;
 use tropism::control::Periodic;
 use tropism::lamps::Layout;
 use tropism::plant::PlantModel;
-use tropism::plant::space::SpaceModel;
-use tropism::plant::stem::StemModel;
-use tropism::plant::tip::{TipModel, TipModelConfig};
+use tropism::plant::tip::TipModelConfig;
 use tropism::random::{self, Purpose};
+use tropism::simulation::{AnyModel, ModelKind};
 use tropism::task::Task;
 use tropism_bean::{Species, Trial};
-use tropism_lab::model::Model as AnyModel;
 
 use crate::error::{refused, with_causes};
 use crate::threads::check_fork;
@@ -27,16 +25,9 @@ pub(crate) struct Model(pub(crate) AnyModel);
 
 impl Model {
     fn fitted(tracks: &[&tropism::track::Track], kind: &str, is_virtual: bool) -> PyResult<Self> {
-        let tracks = || tracks.iter().copied();
-        let model = match kind {
-            "tip" => TipModel::fit(tracks(), TipModelConfig::default())
-                .map(|model| model.of_virtual_plants(is_virtual).into()),
-            "stem" => StemModel::fit(tracks()).map(|model| model.of_virtual_plants(is_virtual).into()),
-            "space" => SpaceModel::fit(tracks()).map(|model| model.of_virtual_plants(is_virtual).into()),
-            _ => {
-                return Err(refused(format!("found kind {kind:?}, wanted tip, stem or space")));
-            }
-        };
+        let names: Vec<&str> = ModelKind::all().map(ModelKind::name).collect();
+        let refuse = || refused(format!("found kind {kind:?}, wanted {}", names.join(", ")));
+        let model = ModelKind::named(kind).ok_or_else(refuse)?.fit(tracks, &TipModelConfig::default(), is_virtual);
         model.map(Self).map_err(refused)
     }
 }
@@ -59,7 +50,7 @@ impl Model {
         check_fork()?;
         py.detach(|| {
             let (species, task) = (Species::default(), Task::open_loop(steps));
-            let in_space = kind == "space";
+            let in_space = ModelKind::named(kind).is_some_and(ModelKind::is_in_space);
             let layout = if in_space { Layout::four_sides() } else { Layout::default() };
             let trial = Trial { layout, in_space, ..Trial::new(&species) };
             // The plants of `tropism grow` with this seed.
@@ -87,11 +78,7 @@ impl Model {
 
     #[getter]
     fn kind(&self) -> &'static str {
-        match &self.0 {
-            AnyModel::Tip(_) => "tip",
-            AnyModel::Stem(_) => "stem",
-            AnyModel::Space(_) => "space",
-        }
+        self.0.kind().name()
     }
 
     #[getter]

@@ -9,8 +9,7 @@ use tropism::environment::Environment;
 use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
-use tropism::plant::space::SpaceModel;
-use tropism::plant::stem::StemModel;
+use tropism::simulation::ModelKind;
 use tropism::task::Task;
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 use tropism_bean::{Reach, Species, Trial};
@@ -321,7 +320,7 @@ fn commands(name: &str, drawing: &Drawing) -> Vec<String> {
 
 /// Whether the file of a model is of one of the whole stem.
 pub(crate) fn knows_stem(path: &Path) -> bool {
-    files::read_text(path).is_ok_and(|text| StemModel::is_named_in(&text) || SpaceModel::is_named_in(&text))
+    files::read_text(path).is_ok_and(|text| ModelKind::of_file(&text).is_some_and(ModelKind::knows_stem))
 }
 
 /// Files of models in the folder of the studio: names of the usual ones that are there.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use tropism::plant::shifts::Window;
 use tropism::plant::tip::{Empty, Growth, TipModelConfig};
@@ -46,8 +47,8 @@ pub(crate) struct Fit {
     force: bool,
 
     /// The paper's tip-motion model, or the linear model of the whole stem: in the plane, or in space
-    #[arg(long, value_enum, default_value = "tip")]
-    model: ModelName,
+    #[arg(long, value_parser = model_parser(), default_value = ModelKind::default().name())]
+    model: ModelKind,
 
     /// Half-width and half-height of the sliding window, in cm
     #[arg(long, value_name = "WX,WY", value_parser = parse_pair, allow_hyphen_values = true, default_value = "0.5,1")]
@@ -64,11 +65,10 @@ pub(crate) struct Fit {
 
 type Pair = [f64; 2];
 
-#[derive(Clone, Copy, ValueEnum)]
-enum ModelName {
-    Tip,
-    Stem,
-    Space,
+/// The kinds of models as values of an option.
+fn model_parser() -> impl TypedValueParser<Value = ModelKind> {
+    PossibleValuesParser::new(ModelKind::all().map(ModelKind::name))
+        .map(|name| ModelKind::named(&name).expect("one of the possible values"))
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -88,14 +88,14 @@ impl Fit {
             },
             ..TipModelConfig::default()
         };
-        let (kind, next) = match self.model {
-            ModelName::Tip => (ModelKind::Tip, "evolve --out evolution"),
-            ModelName::Stem => (ModelKind::Stem, "tune --out rule.json"),
-            ModelName::Space => (ModelKind::Space, "tune --task space.toml --out rule.json"),
+        let next = match (self.model.knows_stem(), self.model.is_in_space()) {
+            (_, true) => "tune --task space.toml --out rule.json",
+            (true, false) => "tune --out rule.json",
+            (false, false) => "evolve --out evolution",
         };
         let plan = FitPlan {
             tracks: self.tracks,
-            kind,
+            kind: self.model,
             model,
             anyway: self.anyway,
             out: self.out,

@@ -163,7 +163,7 @@ impl Workflow for ForecastPlan {
         let first = models().next().expect("at least one model, as checked");
         let (truth, lights) = if self.tracks.is_empty() {
             let period_min = first.period_min();
-            (Truth::NoiseFree, grown(self, first.layout(), period_min, first.is_in_space(), monitor)?)
+            (Truth::NoiseFree, grown(self, first.layout(), period_min, first.kind().is_in_space(), monitor)?)
         } else {
             (Truth::Measured, vec![("tracks".to_owned(), measured(&self.tracks)?)])
         };
@@ -171,7 +171,7 @@ impl Workflow for ForecastPlan {
         let units: usize = lights.iter().map(|(_, plants)| plants.len() * models().count()).sum();
         monitor.stage("forecast", units as u64);
         let plants = || lights.iter().flat_map(|(_, plants)| plants);
-        let in_space = models().all(Model::is_in_space) && plants().all(LeftOut::is_in_space);
+        let in_space = models().all(|model| model.kind().is_in_space()) && plants().all(LeftOut::is_in_space);
         let view = if in_space { View::Space } else { View::Front };
         let lights =
             lights.iter().map(|(light, plants)| self.judge(light.clone(), plants, &groups, view, monitor));

@@ -146,7 +146,7 @@ impl World {
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it with a reference")]
 fn is_tip(kind: &ModelKind) -> bool {
-    *kind == ModelKind::Tip
+    *kind == ModelKind::TIP
 }
 
 const fn one() -> f64 {
@@ -183,7 +183,7 @@ pub struct LaboratoriesConfig {
 
 impl Default for LaboratoriesConfig {
     fn default() -> Self {
-        let rule = Method::Tune { model: ModelKind::Stem, search: RuleSearch::default() };
+        let rule = Method::Tune { model: ModelKind::STEM, search: RuleSearch::default() };
         Self {
             seed: 1,
             laboratories: 5,
@@ -600,7 +600,7 @@ impl Stages<'_> {
     /// The open-loop experiments for a kind of model. Only one in space knows more than the plane of the front camera and its two
     /// lamps.
     fn open_loop(&self, kind: ModelKind, folder: &Path) -> GrowPlan {
-        if kind == ModelKind::Space {
+        if kind.is_in_space() {
             return GrowPlan {
                 greenhouse: self.greenhouse.clone(),
                 out: folder.join("open-loop-in-space"),

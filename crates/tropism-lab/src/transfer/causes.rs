@@ -209,7 +209,8 @@ impl Reference {
 #[cfg(test)]
 mod tests {
     use tropism::lamps::Light;
-    use tropism::plant::tip::{TipModel, TipModelConfig};
+    use tropism::plant::tip::TipModelConfig;
+    use tropism::simulation::ModelKind;
 
     use super::*;
 
@@ -274,7 +275,7 @@ mod tests {
     fn steps_without_data_are_counted() {
         let text = "tip_x_cm,tip_y_cm,light\n0,4,left\n-0.1,4.03,left\n-0.2,4.06,left\n-0.3,4.09,dark\n";
         let track = Track::read_csv(text.as_bytes()).unwrap();
-        let model = Model::from(TipModel::fit([&track], TipModelConfig::default()).unwrap());
+        let model = ModelKind::TIP.fit(&[&track], &TipModelConfig::default(), false).unwrap();
         let mut far = track.clone();
         far.samples[1].tip.y = 20.0;
         far.samples[1].light = Some(Light::LEFT);

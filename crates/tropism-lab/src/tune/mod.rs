@@ -184,7 +184,7 @@ impl TunePlan {
     /// Searches on simulated plants of the model. One that knows the plane of the front camera alone knows no depth: a rule for
     /// targets in space is then tuned to reach them as that camera sees them, and steers by it along x and z.
     fn tune_on_model(&self, monitor: &dyn Monitor) -> Result<Tuned, Error> {
-        let is_in_plane = || model::read(&self.model).is_ok_and(|model| !model.is_in_space());
+        let is_in_plane = || model::read(&self.model).is_ok_and(|model| !model.kind().is_in_space());
         if let Some(task) = self.task.in_front().filter(|_| is_in_plane()) {
             monitor
                 .note("the model is one of the plane: the rule is tuned for the targets without their depth");

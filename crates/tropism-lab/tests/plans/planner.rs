@@ -6,19 +6,20 @@ use tropism::evolve::TunedRule;
 use tropism::geometry::Point;
 use tropism::lamps::Layout;
 use tropism::observation::Observation;
-use tropism::plant::stem::StemModel;
+use tropism::plant::FittedModel;
+use tropism::plant::stem::PlaneModel;
 use tropism::task::Task;
 use tropism_bean::{Species, Trial};
 use tropism_lab::{ControllerSpec, files};
 
 /// A folder with `model.json`, the model of a virtual bean's tip.
-fn folder_of_model() -> (tempfile::TempDir, StemModel) {
+fn folder_of_model() -> (tempfile::TempDir, PlaneModel) {
     let species = Species::default();
     let trial = Trial::new(&species);
     let task = Task::open_loop(300);
     let mut controller = ControllerSpec::periodic(90.0).build(&task, &trial.layout, 5.0);
     let tracks = [trial.grow(1, &mut controller, &task, &mut unwatched)];
-    let model = StemModel::fit(&tracks).unwrap();
+    let model = PlaneModel::fit(&tracks).unwrap();
     let folder = tempfile::tempdir().unwrap();
     files::write(&folder.path().join("model.json"), model.to_json().as_bytes()).unwrap();
     (folder, model)

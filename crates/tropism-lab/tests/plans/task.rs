@@ -3,6 +3,7 @@
 use tropism::control::Periodic;
 use tropism::environment::unwatched;
 use tropism::evolve::Champion;
+use tropism::plant::FittedModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::task::Task;
 use tropism_bean::{Species, Trial};

@@ -63,7 +63,7 @@ impl Choice {
 /// `build` makes the controller anew, at rest, for each plant.
 ///
 /// On the model of its evolution this averages over growth noise, of which the best fitness of a single evaluation is a
-/// lucky draw. On [models of single plants](crate::plant::tip::TipModel::of_each_plant) it estimates transfer: the pooled
+/// lucky draw. On [models of single plants](crate::plant::FittedModel::of_each_plant) it estimates transfer: the pooled
 /// model moves like an average plant, more regularly than any single one.
 ///
 /// Without models or plants, mean and standard deviation are NaN.

@@ -254,7 +254,7 @@ impl<'p, M: BatchModel> Evolution<'p, M> {
     /// of each of `judges`.
     ///
     /// Best fitness is no measure of that: a single evaluation selects for lucky growth noise. Judges that are
-    /// [models of single plants](crate::plant::tip::TipModel::of_each_plant) estimate the fitness on unseen plants.
+    /// [models of single plants](crate::plant::FittedModel::of_each_plant) estimate the fitness on unseen plants.
     ///
     /// # Panics
     /// Without runs of at least one generation, judges or plants.

@@ -3,27 +3,21 @@
 //! Tracks come in; a [`PlantModel`] comes out: given the state of a plant and the lit lamp, what is its state one step
 //! later? [`tip`] is the paper's tip-motion model, eqs. (1)-(8), with a look-up table of constant cost; [`window`] is the
 //! same model written straight from the equations, its reference. [`shifts`] is the data of both. [`stem`] is a model of ours
-//! of the whole stem, which remembers the light and differs from plant to plant; [`space`] is the same in space.
+//! of the whole stem, in the plane and in space, which remembers the light and differs from plant to plant.
 //!
-//! A model of one's own implements [`PlantModel`]; evolution, simulation and figures take it as they take these.
+//! A model of one's own implements [`PlantModel`], and [`FittedModel`] if it is made of measured plants and kept in a file; evolution, simulation and figures take it as they take these.
 //!
 //! # References
 //! Wahby et al. 2016, section 2.2.3, eqs. (1)-(8).
 
 pub mod shifts;
 mod config;
+mod fitted;
 pub(crate) mod table;
 pub mod window;
 pub mod tip;
 mod tip_file;
-mod history;
-mod measured_plant;
-mod regression;
-mod replay;
-mod stem_shape;
 pub mod stem;
-mod measured_space;
-pub mod space;
 
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
@@ -31,6 +25,8 @@ use crate::observation::Observation;
 use crate::obstacle::Solid;
 use crate::random::StepNoise;
 use crate::track::Sample;
+
+pub use fitted::{FittedModel, ModelError};
 
 /// A model of how a plant moves and grows: the model is fixed, the plant is a value.
 ///
@@ -99,6 +95,30 @@ pub trait PlantModel: Sync {
     /// Minutes of a step. Paper: 5 (section 2.2.1).
     fn period_min(&self) -> f64 {
         crate::track::PAPER_PERIOD_MIN
+    }
+}
+
+/// One plant of a model, whatever the model is: the object-safe face of a [`PlantModel`] and a plant of it.
+pub trait Plant: Send + Sync {
+    /// [`PlantModel::step`].
+    fn step(&mut self, light: Light, noise: &mut StepNoise);
+
+    /// [`PlantModel::observe`].
+    fn observe(&self) -> Observation;
+
+    /// [`PlantModel::is_beyond_data`].
+    fn is_beyond_data(&self) -> bool;
+
+    /// [`PlantModel::among`].
+    fn among(&mut self, solids: &[Solid]);
+
+    /// The same plant once more.
+    fn boxed_clone(&self) -> Box<dyn Plant>;
+}
+
+impl Clone for Box<dyn Plant> {
+    fn clone(&self) -> Self {
+        self.boxed_clone()
     }
 }
 

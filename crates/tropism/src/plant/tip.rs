@@ -8,124 +8,17 @@
 //! The state of a plant is kept in single precision, good to 1 µm over an experiment, so that many plants side by side
 //! (`simulation::batch`) have the same bits as one by one.
 
+use super::PlantModel;
+use super::fitted::{ModelError, shared_layout_and_period};
 use super::shifts::{self, Shift};
 use super::table::Table;
-use super::{PlantModel, evenly};
-use crate::check::OutOfRange;
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::random::StepNoise;
-use crate::track::{PAPER_PERIOD_MIN, SAME_PERIOD, Sample, Track};
+use crate::track::Track;
 
 pub use super::config::{Empty, Growth, TipModelConfig};
-
-/// Why there is no model.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ModelError {
-    /// A setting out of its range.
-    #[error(transparent)]
-    Setting(#[from] OutOfRange),
-    /// Tracks without a single usable step.
-    #[error(
-        "found no usable step in {tracks} tracks, wanted successive measured tips with a lit lamp between them"
-    )]
-    NoShifts {
-        /// How many tracks were read.
-        tracks: usize,
-    },
-    /// A track without stems.
-    #[error(
-        "track {track}: found no stem, wanted a track with stems, such as those of `tropism track` and `tropism grow`"
-    )]
-    NoStem {
-        /// Position of the track, from 1.
-        track: usize,
-    },
-    /// A track without stems in space.
-    #[error(
-        "track {track}: found no stem in space, wanted a track of two cameras, such as those of `tropism grow --cameras 2 --lamps 4`"
-    )]
-    NoDepth {
-        /// Position of the track, from 1.
-        track: usize,
-    },
-    /// Tracks of different intervals: a shift of one is no shift of the other.
-    #[error("track {track}: found {found} minutes between steps, wanted {wanted} as in the first track")]
-    Period {
-        /// Position of the track, from 1.
-        track: usize,
-        /// Its period, in minutes.
-        found: f64,
-        /// The period of the first track, in minutes.
-        wanted: f64,
-    },
-    /// Steps that are too long for a model of the stem.
-    #[error(
-        "found {found} minutes between steps, wanted at most {most} for a model of the stem: it tells the last five minutes of \
-         light from those before"
-    )]
-    Slow {
-        /// Minutes between steps.
-        found: f64,
-        /// The most that the model can take.
-        most: f64,
-    },
-    /// Tracks under different lamps.
-    #[error("track {track}: found lamps {found}, wanted {wanted} as in another track")]
-    Lamps {
-        /// Position of the track, from 1.
-        track: usize,
-        /// The names of its lamps.
-        found: String,
-        /// The names of the other track's lamps.
-        wanted: String,
-    },
-    /// A value in the file that cannot be one.
-    #[error("shift {index}: found {found}, wanted finite numbers below 1000 cm in size")]
-    Shift {
-        /// Position in the file, from 0.
-        index: usize,
-        /// What stands there.
-        found: String,
-    },
-    /// The lists of the file differ in length.
-    #[error("found {found} lists of different lengths, wanted as many x, y, dx and dy as letters in light")]
-    Lengths {
-        /// Their lengths.
-        found: String,
-    },
-    /// The plants' shares do not make up the whole.
-    #[error("found {found}, wanted plants to add up to the shifts")]
-    Plants {
-        /// The shares and the whole.
-        found: String,
-    },
-    /// A schema that this version does not know.
-    #[error("found schema {found:?}, wanted {wanted:?}")]
-    Schema {
-        /// The schema of the file.
-        found: String,
-        /// The one that this version writes.
-        wanted: &'static str,
-    },
-    /// Lamps that are not two mirror images.
-    #[error(
-        "found lamps {found}, wanted two at mirrored places, one on each side of the plant: a model of the stem knows a lamp \
-         by its side"
-    )]
-    Sides {
-        /// The names of the lamps.
-        found: String,
-    },
-    /// Not JSON of a model.
-    #[error("found no model: {0}")]
-    Json(#[from] serde_json::Error),
-}
-
-/// The schema that is written.
-pub(super) const SCHEMA: &str = "tropism.model/2";
 
 /// Coordinates beyond this are no plant; it bounds the table's memory.
 const FARTHEST_CM: f64 = 1000.0;
@@ -139,7 +32,7 @@ pub struct TipModel {
     observed: Vec<Shift>,
     /// How many of the shifts, in their order, are of the first plant, of the second, and so on.
     pub(super) plants: Vec<usize>,
-    is_virtual: bool,
+    pub(super) is_virtual: bool,
     table: Table,
 }
 
@@ -181,19 +74,6 @@ impl TipModel {
         Ok(Self { layout, period_min, config, observed, plants, is_virtual: false, table })
     }
 
-    /// The same model, labelled as made of virtual plants or not. Results of evolution carry the label.
-    #[must_use]
-    pub const fn of_virtual_plants(mut self, is_virtual: bool) -> Self {
-        self.is_virtual = is_virtual;
-        self
-    }
-
-    /// Whether it was made of virtual plants.
-    #[must_use]
-    pub const fn is_virtual(&self) -> bool {
-        self.is_virtual
-    }
-
     /// How the model was made.
     #[must_use]
     pub const fn config(&self) -> &TipModelConfig {
@@ -206,42 +86,11 @@ impl TipModel {
         &self.observed
     }
 
-    /// One model for each plant, made of its shifts alone. Where a plant has no data, the nearest node with data is used. Of
-    /// more than `most` plants, as many as that are taken, evenly in their order.
-    ///
-    /// The fitness of a controller on these models estimates its fitness on unseen plants. Plants without a usable step
-    /// are left out.
-    ///
-    /// # Errors
-    /// None that [`Self::fit`] would not have given for the same data.
-    pub fn of_each_plant(&self, most: usize) -> Result<Vec<Self>, ModelError> {
-        let config = TipModelConfig { empty: Empty::Nearest, ..self.config.clone() };
-        let mut rest = self.observed.as_slice();
-        let own = self.plants.iter().map(|&count| rest.split_off(..count).expect("a part of all"));
-        let usable: Vec<&[Shift]> = own.filter(|own| !own.is_empty()).collect();
-        let model = |own: &[Shift]| {
-            let (layout, config) = (self.layout.clone(), config.clone());
-            let model = Self::of_shifts(own.to_vec(), vec![own.len()], layout, self.period_min, config)?;
-            Ok(model.of_virtual_plants(self.is_virtual))
-        };
-        evenly(&usable, most).map(model).collect()
-    }
-
     /// The mean shift in x at the node nearest to `tip`, in cm, eq. (5); `None` where its window holds no data.
     #[must_use]
     pub fn mean_shift(&self, tip: Point, light: Light) -> Option<f64> {
         let node = self.table.node(tip.x as f32, tip.y as f32);
         self.table.has_data(node, light).then(|| self.table.at(node, light).into())
-    }
-
-    /// The share of the lit steps of a track, 0 to 1, that begin where the model has no data and follows [`Empty`] instead.
-    #[must_use]
-    pub fn share_without_data(&self, samples: &[Sample]) -> f64 {
-        let lit = samples.iter().filter_map(|sample| Some((sample.tip, sample.light?)));
-        let (without, steps) = lit.fold((0, 0), |(without, steps), (tip, light)| {
-            (without + u32::from(self.mean_shift(tip, light).is_none()), steps + 1)
-        });
-        f64::from(without) / f64::from(steps.max(1))
     }
 
     /// The node nearest to `tip`: where the model looks when the tip is there.
@@ -262,30 +111,6 @@ impl TipModel {
             growth: self.config.growth,
         }
     }
-}
-
-/// The lamps and the period, in minutes, that all of `tracks` have.
-///
-/// # Errors
-/// [`ModelError::Period`] or [`ModelError::Lamps`] where they differ.
-pub(super) fn shared_layout_and_period(tracks: &[&Track]) -> Result<(Layout, f64), ModelError> {
-    let layouts = tracks.iter().map(|track| &track.layout);
-    let layout = layouts.max_by_key(|layout| layout.len()).cloned().unwrap_or_default();
-    let period_min = tracks.first().map_or(PAPER_PERIOD_MIN, |track| track.period_min);
-    for (index, track) in tracks.iter().enumerate() {
-        if (track.period_min - period_min).abs() > SAME_PERIOD * period_min {
-            let (found, wanted) = (track.period_min, period_min);
-            return Err(ModelError::Period { track: index + 1, found, wanted });
-        }
-        if !layout.lamps().starts_with(track.layout.lamps()) {
-            let names = |layout: &Layout| {
-                layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect::<Vec<_>>().join(", ")
-            };
-            let (found, wanted) = (names(&track.layout), names(&layout));
-            return Err(ModelError::Lamps { track: index + 1, found, wanted });
-        }
-    }
-    Ok((layout, period_min))
 }
 
 /// The state of one plant of the model: the system configuration (x, L) of section 2.2.3, in single precision.
@@ -364,7 +189,7 @@ impl TipModel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::window;
+    use crate::plant::{FittedModel, window};
     use crate::random::{self, NoiseStream, Purpose};
 
     fn track(seed: u64, steps: u32) -> Track {

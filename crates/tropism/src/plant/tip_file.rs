@@ -1,29 +1,27 @@
-//! The tip-motion model as a JSON file.
-//!
-//! Schema `tropism.model/2` names the lamps and the period. Schema `tropism.model/1` knew the paper's two lamps and five
-//! minutes only, and is read as such.
+//! The tip-motion model as a model of measured plants, and its JSON file.
 
 use serde::{Deserialize, Serialize};
 
+use super::config::Empty;
+use super::evenly;
+use super::fitted::{FittedModel, ModelError};
 use super::shifts::Shift;
-use super::tip::{ModelError, SCHEMA, TipModel, TipModelConfig};
+use super::tip::{TipModel, TipModelConfig};
 use crate::check::ensure;
 use crate::file::schema_of;
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
-use crate::track::PAPER_PERIOD_MIN;
+use crate::track::{Sample, Track};
 
-/// The schema before lamps and period were data.
-const SCHEMA_1: &str = "tropism.model/1";
+/// The schema of the file.
+const SCHEMA: &str = "tropism.model/2";
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     schema: String,
     config: TipModelConfig,
-    #[serde(default)]
     layout: Layout,
-    #[serde(default = "paper_period")]
     period_min: f64,
     plants: Vec<usize>,
     is_virtual: bool,
@@ -31,24 +29,65 @@ struct File {
     y: Vec<f64>,
     dx: Vec<f64>,
     dy: Vec<f64>,
-    /// One character a shift: the lamp's number in the layout. In schema 1: `l` or `r`.
+    /// One digit a shift: the lamp's number in the layout.
     light: String,
 }
 
-const fn paper_period() -> f64 {
-    PAPER_PERIOD_MIN
-}
-
-impl TipModel {
-    /// Whether `text` calls itself a tip-motion model, of any version.
-    #[must_use]
-    pub fn is_named_in(text: &str) -> bool {
-        schema_of(text).is_ok_and(|schema| schema.starts_with("tropism.model/"))
+impl FittedModel for TipModel {
+    fn of_tracks(tracks: &[&Track], config: &TipModelConfig) -> Result<Self, ModelError> {
+        Self::fit(tracks.iter().copied(), config.clone())
     }
 
-    /// Readable JSON with all data and settings; see `docs/formats.md`.
-    #[must_use]
-    pub fn to_json(&self) -> String {
+    fn of_virtual_plants(mut self, is_virtual: bool) -> Self {
+        self.is_virtual = is_virtual;
+        self
+    }
+
+    fn is_virtual(&self) -> bool {
+        self.is_virtual
+    }
+
+    /// Where a plant has no data, the nearest node with data is used.
+    fn of_each_plant(&self, most: usize) -> Result<Vec<Self>, ModelError> {
+        let config = TipModelConfig { empty: Empty::Nearest, ..self.config().clone() };
+        let mut rest = self.observed();
+        let own = self.plants.iter().map(|&count| rest.split_off(..count).expect("a part of all"));
+        let usable: Vec<&[Shift]> = own.filter(|own| !own.is_empty()).collect();
+        let model = |own: &[Shift]| {
+            let (layout, config) = (self.layout.clone(), config.clone());
+            let model = Self::of_shifts(own.to_vec(), vec![own.len()], layout, self.period_min, config)?;
+            Ok(model.of_virtual_plants(self.is_virtual))
+        };
+        evenly(&usable, most).map(model).collect()
+    }
+
+    fn steps(&self) -> usize {
+        self.observed().len()
+    }
+
+    fn tips(&self) -> Vec<Point> {
+        self.observed().iter().map(|shift| shift.tip).collect()
+    }
+
+    /// Whether there is a lamp under which the window around `place` holds data.
+    fn has_data(&self, place: Point) -> bool {
+        self.layout.lights().any(|light| self.mean_shift(place, light).is_some())
+    }
+
+    fn without_data(&self) -> &'static str {
+        "simulated plants grow straight over this gap"
+    }
+
+    /// There the model follows [`Empty`].
+    fn share_without_data(&self, samples: &[Sample]) -> f64 {
+        let lit = samples.iter().filter_map(|sample| Some((sample.tip, sample.light?)));
+        let (without, steps) = lit.fold((0, 0), |(without, steps), (tip, light)| {
+            (without + u32::from(self.mean_shift(tip, light).is_none()), steps + 1)
+        });
+        f64::from(without) / f64::from(steps.max(1))
+    }
+
+    fn to_json(&self) -> String {
         let column = |value: fn(&Shift) -> f64| self.observed().iter().map(value).collect();
         let number = |shift: &Shift| char::from(b'0' + shift.light.index() as u8);
         let file = File {
@@ -67,13 +106,9 @@ impl TipModel {
         serde_json::to_string(&file).expect("numbers and text are JSON")
     }
 
-    /// Reads [`Self::to_json`].
-    ///
-    /// # Errors
-    /// [`ModelError`] says what was found instead.
-    pub fn from_json(text: &str) -> Result<Self, ModelError> {
+    fn from_json(text: &str) -> Result<Self, ModelError> {
         let schema = schema_of(text)?;
-        if schema != SCHEMA && schema != SCHEMA_1 {
+        if schema != SCHEMA {
             return Err(ModelError::Schema { found: schema, wanted: SCHEMA });
         }
         let file: File = serde_json::from_str(text)?;
@@ -85,12 +120,7 @@ impl TipModel {
         ensure(is_period, "period_min", file.period_min, "minutes above 0")?;
         let mut observed = Vec::with_capacity(file.x.len());
         for (index, letter) in file.light.chars().enumerate() {
-            let light = match (letter, letter.to_digit(10)) {
-                ('l', _) if schema == SCHEMA_1 => Some(Light::LEFT),
-                ('r', _) if schema == SCHEMA_1 => Some(Light::RIGHT),
-                (_, Some(number)) if schema == SCHEMA => Light::new(number as usize),
-                _ => None,
-            };
+            let light = letter.to_digit(10).and_then(|number| Light::new(number as usize));
             let Some(light) = light.filter(|&light| file.layout.contains(light)) else {
                 return Err(ModelError::Shift { index, found: format!("light {letter:?}") });
             };

@@ -6,6 +6,7 @@
 
 mod batch;
 mod score;
+mod any;
 
 use std::convert::Infallible;
 
@@ -18,6 +19,7 @@ use crate::random::{NoiseStream, Purpose};
 use crate::task::{Past, Task};
 use crate::track::Track;
 
+pub use any::{AnyModel, ModelKind};
 pub use score::{BatchModel, Episode};
 
 /// One simulated plant.

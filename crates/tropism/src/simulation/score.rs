@@ -6,8 +6,7 @@ use super::batch;
 use super::{cautious_fitness_of, fitness_of};
 use crate::control::{NetworkController, PredictiveGreedy, PredictiveRule, Sensors};
 use crate::plant::PlantModel;
-use crate::plant::space::SpaceModel;
-use crate::plant::stem::StemModel;
+use crate::plant::stem::{PlaneModel, SpaceModel};
 use crate::plant::tip::TipModel;
 use crate::plant::window::WindowModel;
 use crate::random::NoiseStream;
@@ -97,7 +96,7 @@ impl BatchModel for TipModel {
 
 impl BatchModel for WindowModel {}
 
-impl BatchModel for StemModel {
+impl BatchModel for PlaneModel {
     /// Side by side in vectors for targets in the plane, with and without obstacles.
     fn score_rules(
         &self,

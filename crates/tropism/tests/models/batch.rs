@@ -5,7 +5,7 @@ use tropism::control::{Avoidance, NetworkController, PredictiveGreedy, Predictiv
 use tropism::geometry::Point;
 use tropism::obstacle::Obstacle;
 use tropism::plant::PlantModel;
-use tropism::plant::stem::StemModel;
+use tropism::plant::stem::PlaneModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, NoiseStream, Purpose};
 use tropism::simulation::{BatchModel, Episode, cautious_fitness_of, fitness_of};
@@ -80,8 +80,8 @@ fn no_episodes_are_no_work() {
     assert!(tip_model().score(&Task::default(), &Sensors::default(), std::iter::empty()).is_empty());
 }
 
-fn stem_model() -> StemModel {
-    StemModel::fit(&[grown(1, 250, 5.0)]).unwrap()
+fn stem_model() -> PlaneModel {
+    PlaneModel::fit(&[grown(1, 250, 5.0)]).unwrap()
 }
 
 fn rule(number: u64, avoids: bool) -> PredictiveRule {
@@ -109,7 +109,7 @@ fn rule(number: u64, avoids: bool) -> PredictiveRule {
     }
 }
 
-fn assert_twins(model: &StemModel, task: &Task, avoids: bool) {
+fn assert_twins(model: &PlaneModel, task: &Task, avoids: bool) {
     let episode = |number: u32| Episode {
         controller: rule(number.into(), avoids),
         noise: NoiseStream::new(2, Purpose::Trial, [number, 0, 0]),

@@ -1,7 +1,7 @@
 //! Files of the tip model.
 
-use tropism::plant::PlantModel;
 use tropism::plant::tip::{Empty, TipModel, TipModelConfig};
+use tropism::plant::{FittedModel, PlantModel};
 use tropism::track::Track;
 
 fn model() -> TipModel {
@@ -29,19 +29,6 @@ fn four_lamps_and_another_period_come_back() {
     let again = TipModel::from_json(&model.to_json()).unwrap();
     assert_eq!((again.layout().len(), again.period_min()), (4, 10.0));
     assert_eq!(again, model);
-}
-
-#[test]
-fn schema_1_is_the_paper_s_lamps_and_period() {
-    let model = model();
-    let text = model.to_json();
-    let file: serde_json::Value = serde_json::from_str(&text).unwrap();
-    let mut old = file.as_object().unwrap().clone();
-    old.remove("layout");
-    old.remove("period_min");
-    old["schema"] = "tropism.model/1".into();
-    old["light"] = old["light"].as_str().unwrap().replace('0', "l").replace('1', "r").into();
-    assert_eq!(TipModel::from_json(&serde_json::to_string(&old).unwrap()).unwrap(), model);
 }
 
 #[test]

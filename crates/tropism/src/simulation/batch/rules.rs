@@ -4,12 +4,13 @@
 
 use crate::control::rule::lanes::Rules;
 use crate::control::{PredictiveGreedy, PredictiveRule};
-use crate::geometry::Point;
+use crate::geometry::{Point, STEM_POINTS};
 use crate::math::lanes::{LANES, Row};
+use crate::math::{Lanes, Mask};
 use crate::obstacle::lanes::{ClearanceRow, PointRow, are_known, clearance_of};
 use crate::plant::PlantModel;
-use crate::plant::stem::StemModel;
-use crate::plant::stem::lanes::Stems;
+use crate::plant::stem::{PlaneModel, Stems};
+use crate::random::{NoiseStream, Purpose};
 use crate::simd::{Kernel, dispatch};
 use crate::simulation::{Episode, cautious_fitness_of};
 use crate::task::{Obstacles, Targets, Task};
@@ -18,7 +19,7 @@ use crate::task::{Obstacles, Targets, Task};
 /// has no form in lanes.
 #[must_use]
 pub(in crate::simulation) fn fitness_of_rules(
-    model: &StemModel,
+    model: &PlaneModel,
     task: &Task,
     beyond_cost_cm: f64,
     episodes: &mut dyn Iterator<Item = Episode<PredictiveRule>>,
@@ -31,7 +32,7 @@ pub(in crate::simulation) fn fitness_of_rules(
 }
 
 fn fitness_in_lanes(
-    model: &StemModel,
+    model: &PlaneModel,
     of_lanes: LaneTask<'_>,
     beyond_cost_cm: f64,
     episodes: &mut dyn Iterator<Item = Episode<PredictiveRule>>,
@@ -39,7 +40,7 @@ fn fitness_in_lanes(
     let task = of_lanes.task;
     let (start, layout) = (task.start, model.layout());
     let mut batch = Batch {
-        stems: Stems::new(model, start),
+        stems: Stems::new(model, start, NoiseStream::new(0, Purpose::Trial, [0; 3])),
         rules: Rules::new(task.way().len(), layout),
         highest: [start.y; LANES],
         nearest: None,
@@ -86,7 +87,7 @@ struct LaneTask<'t> {
 
 /// Plants, each with its rule. A plant without a number is done and grows on.
 struct Batch<'m> {
-    stems: Stems<'m>,
+    stems: Stems<'m, 1, Lanes<LANES>>,
     rules: Rules,
     /// Greatest height of each tip so far, in cm.
     highest: Row,
@@ -101,9 +102,27 @@ struct Batch<'m> {
 }
 
 impl Batch<'_> {
+    /// The tip of each plant, in cm.
+    #[inline(always)]
+    fn tips(&self) -> PointRow {
+        let tip = &self.stems.body.tip;
+        [tip.aside[0].0, tip.up.0]
+    }
+
+    /// Ten points of the stem of each plant, from the base up, in cm.
+    #[inline(always)]
+    fn points(&self) -> [PointRow; STEM_POINTS] {
+        let mut points = [[[0.0; LANES]; 2]; STEM_POINTS];
+        for point in 0..STEM_POINTS {
+            let place = &self.stems.body.stem[point];
+            points[point] = [place.aside[0].0, place.up.0];
+        }
+        points
+    }
+
     /// Whether the experiment of a lane is over, or there is none.
     fn is_over(&self, task: &Task, lane: usize) -> bool {
-        let is_high = self.stems.tips()[1][lane] >= task.end_height_cm;
+        let is_high = self.tips()[1][lane] >= task.end_height_cm;
         let is_over = is_high || self.steps[lane] >= task.max_steps;
         is_over || self.numbers[lane].is_none()
     }
@@ -111,10 +130,10 @@ impl Batch<'_> {
     /// One step of every plant.
     #[inline(always)]
     fn step(&mut self, LaneTask { task, is_eq_9 }: LaneTask<'_>) {
-        let sides = self.rules.decide(self.stems.tips(), self.stems.points(), self.nearest.as_ref());
-        let before = *self.stems.tips();
-        self.stems.step(&sides);
-        let heights = self.stems.tips()[1];
+        let sides = self.rules.decide(&self.tips(), &self.points(), self.nearest.as_ref());
+        let before = self.tips();
+        self.stems.step([[Lanes(sides)]]);
+        let heights = self.tips()[1];
         let was_highest = self.highest;
         for lane in 0..LANES {
             self.highest[lane] =
@@ -125,16 +144,16 @@ impl Batch<'_> {
         } else {
             self.count_obstacles(task, &was_highest);
         }
-        let beyond = self.stems.beyond_data();
+        let beyond = self.stems.is_beyond_data();
         for lane in 0..LANES {
-            self.fitness[lane] -= beyond[lane] * self.beyond_cost_cm;
+            self.fitness[lane] -= if beyond.lane(lane) { self.beyond_cost_cm } else { 0.0 };
         }
     }
 
     /// Eq. (9).
     #[inline(always)]
     fn count_targets(&mut self, task: &Task, [before, _]: &PointRow) {
-        let [x, _] = self.stems.tips();
+        let [x, _] = self.tips();
         let (mut target, mut counts) = ([0.0; LANES], [0.0; LANES]);
         for next in task.targets.iter().rev() {
             for lane in 0..LANES {
@@ -156,10 +175,10 @@ impl Batch<'_> {
     fn count_obstacles(&mut self, task: &Task, was_highest: &Row) {
         let was = self.nearest.take();
         if !task.obstacles.is_empty() {
-            self.nearest = Some(clearance_of(&task.obstacles, self.stems.points()));
+            self.nearest = Some(clearance_of(&task.obstacles, &self.points()));
         }
         let mut worth = [0.0; LANES];
-        let [x, y] = self.stems.tips();
+        let [x, y] = self.tips();
         for target in &task.targets {
             let mut is_any_there = false;
             for lane in 0..LANES {
@@ -198,14 +217,14 @@ impl Kernel for UntilOneIsOver<'_, '_> {
         let Task { obstacles, end_height_cm, max_steps, .. } = of_lanes.task;
         // New seedlings stand where the last step left other plants.
         if !obstacles.is_empty() {
-            batch.nearest = Some(clearance_of(obstacles, batch.stems.points()));
+            batch.nearest = Some(clearance_of(obstacles, &batch.points()));
         }
         loop {
             batch.step(of_lanes);
             let mut is_any_over = false;
             for lane in 0..LANES {
                 batch.steps[lane] = batch.steps[lane].wrapping_add(1);
-                let is_high = batch.stems.tips()[1][lane] >= *end_height_cm;
+                let is_high = batch.tips()[1][lane] >= *end_height_cm;
                 let is_over = is_high | (batch.steps[lane] >= *max_steps);
                 is_any_over |= is_over & batch.numbers[lane].is_some();
             }

@@ -1,4 +1,4 @@
-//! Linear regression of moves, drawn to a prior.
+//! Ridge regression: least squares whose weights are drawn to a prior.
 //!
 //! # References
 //! Hoerl and Kennard 1970, doi:10.1080/00401706.1970.10488634 (ridge regression).

@@ -5,10 +5,9 @@
 //! pole and sticks. Up to the topmost such place the stem keeps its form. Then the deepest point within a pole is pushed to the
 //! surface by the least change of the tilts, again and again (a Gauss-Newton step each).
 
-use super::{Axes, SEGMENTS, SpaceStem, stem_of};
-use crate::geometry::space::SpacePoint;
-use crate::math;
-use crate::math::vector::{between, dot, normalize_or, sub};
+use super::shape::{Angles, Place, SEGMENTS, Stem, size, stem_of};
+use crate::math::sin_cos;
+use crate::math::vector::{dot, normalize_or};
 use crate::obstacle::{Pole, Solid};
 
 /// Radius of a stem, in cm: that of [`Obstacles`](crate::task::Obstacles).
@@ -20,66 +19,69 @@ const TOLERANCE_CM: f64 = 0.002;
 const MOST_PUSHES: u32 = 30;
 
 /// The poles among `solids`, each as thick as the midline of a stem from `base` keeps away from its axis. A pole that stands nearer
-/// to the base than the radius of the stem is no hindrance there.
-pub(super) fn poles_among(solids: &[Solid], base: SpacePoint) -> Vec<Pole> {
+/// to the base than the radius of the stem is no hindrance there. In the plane of the front camera there are none.
+pub(super) fn poles_among<const AXES: usize>(solids: &[Solid], base: Place<AXES>) -> Vec<Pole> {
     let kept_from = |solid: &Solid| match *solid {
-        Solid::Pole(pole) => {
-            Some(Pole { radius_cm: pole.radius_cm + pole.distance(base).min(STEM_RADIUS_CM), ..pole })
+        Solid::Pole(pole) if AXES == 2 => {
+            let clearance_cm = size(from_axis(&pole, base)) - pole.radius_cm;
+            Some(Pole { radius_cm: pole.radius_cm + clearance_cm.min(STEM_RADIUS_CM), ..pole })
         }
-        // The plane of the front camera has obstacles for models of the plane.
-        Solid::Plane(_) => None,
+        _ => None,
     };
     solids.iter().filter_map(kept_from).collect()
 }
 
-/// The tilts of a stem.
-type Tilts = Axes<[f64; SEGMENTS]>;
+/// From the axis of a pole to a place, along the axes.
+fn from_axis<const AXES: usize>(pole: &Pole, place: Place<AXES>) -> [f64; AXES] {
+    core::array::from_fn(|axis| place.aside[axis] - pole.at[axis])
+}
 
 /// The tilts and the length of a stem, in cm.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bent {
-    pub(super) tilts: Tilts,
+pub(super) struct Bent<const AXES: usize> {
+    pub(super) tilts: [Angles; AXES],
     pub(super) length_cm: f64,
 }
 
-impl Bent {
-    pub(super) fn stem(&self, base: SpacePoint) -> SpaceStem {
-        stem_of(base, &self.tilts, self.length_cm)
+impl<const AXES: usize> Bent<AXES> {
+    fn stem(&self, base: Place<AXES>) -> Stem<AXES> {
+        stem_of(base, self.tilts, self.length_cm)
     }
 }
 
 /// The point of a segment that is nearest to the axis of a pole, where it lies within the pole.
 #[derive(Clone, Copy, Debug)]
-struct Touch {
+struct Touch<const AXES: usize> {
     segment: usize,
     /// Where in the segment, from 0 at its lower end to 1.
     share: f64,
     /// How far it lies within the pole, in cm.
     depth_cm: f64,
-    /// The direction from the axis, along x and z.
-    away: Axes<f64>,
+    /// The direction from the axis of the pole.
+    away: [f64; AXES],
 }
 
-impl Touch {
-    fn of(pole: &Pole, stem: &SpaceStem, segment: usize) -> Option<Self> {
-        let flat = |[x, _, z]: SpacePoint| [x, z];
-        let (from, way) = (flat(stem[segment]), flat(sub(stem[segment + 1], stem[segment])));
-        let square = dot(way, way);
-        let share = if square > 0.0 { dot(way, sub(pole.at, from)) / square } else { 0.0 }.clamp(0.0, 1.0);
-        let at = between(stem[segment], stem[segment + 1], share);
-        let depth_cm = -pole.distance(at);
-        let away = normalize_or(sub(flat(at), pole.at), [0.0, 1.0]);
-        (depth_cm > 0.0 && at[1] < pole.height_cm).then_some(Self { segment, share, depth_cm, away })
+impl<const AXES: usize> Touch<AXES> {
+    fn of(pole: &Pole, stem: &Stem<AXES>, segment: usize) -> Option<Self> {
+        let way = stem[segment + 1] - stem[segment];
+        let square = dot(way.aside, way.aside);
+        let from = from_axis(pole, stem[segment]);
+        let share = if square > 0.0 { -dot(way.aside, from) / square } else { 0.0 }.clamp(0.0, 1.0);
+        let at = stem[segment] + way.scaled(share);
+        let out = from_axis(pole, at);
+        let depth_cm = pole.radius_cm - size(out);
+        let away = normalize_or(out, core::array::from_fn(|axis| if axis + 1 == AXES { 1.0 } else { 0.0 }));
+        (depth_cm > 0.0 && at.up < pole.height_cm).then_some(Self { segment, share, depth_cm, away })
     }
 
-    /// By how much its depth falls for each rad of the tilts along x and z.
-    fn slopes(&self, Bent { tilts, length_cm }: &Bent) -> Tilts {
-        let mut slopes = [[0.0; SEGMENTS]; 2];
+    /// By how much its depth falls for each rad of the tilts along each axis.
+    fn slopes(&self, Bent { tilts, length_cm }: &Bent<AXES>) -> [Angles; AXES] {
+        let mut slopes = [[0.0; SEGMENTS]; AXES];
         for segment in 0..=self.segment {
             let part = if segment == self.segment { self.share } else { 1.0 };
-            let tilt = [tilts[0][segment], tilts[1][segment]];
-            let angle = math::hypot(tilt[0], tilt[1]);
-            let (sin, cos) = math::sin_cos(angle);
+            let tilt = tilts.map(|tilts| tilts[segment]);
+            let angle = size(tilt);
+            let (sin, cos) = sin_cos(angle);
             // The horizontal part of a segment is sin(angle) / angle times its tilt.
             let (share, bend) = if angle > 1e-4 {
                 (sin / angle, (cos - sin / angle) / (angle * angle))
@@ -87,7 +89,7 @@ impl Touch {
                 (1.0, -1.0 / 3.0)
             };
             let bend = bend * dot(self.away, tilt);
-            for axis in 0..2 {
+            for axis in 0..AXES {
                 let slope = share * self.away[axis] + bend * tilt[axis];
                 slopes[axis][segment] = part * length_cm / SEGMENTS as f64 * slope;
             }
@@ -97,7 +99,10 @@ impl Touch {
 }
 
 /// Where a stem lies within poles.
-fn touches<'p>(poles: &'p [Pole], stem: &SpaceStem) -> impl Iterator<Item = Touch> + use<'p> {
+fn touches<'p, const AXES: usize>(
+    poles: &'p [Pole],
+    stem: &Stem<AXES>,
+) -> impl Iterator<Item = Touch<AXES>> + use<'p, AXES> {
     let stem = *stem;
     poles
         .iter()
@@ -106,9 +111,14 @@ fn touches<'p>(poles: &'p [Pole], stem: &SpaceStem) -> impl Iterator<Item = Touc
 
 /// The tilts of a stem from `base` that was bent as `before` and that the model wants to be bent as `wanted`; `None` where it touches
 /// none of the poles.
-pub(super) fn resolved(poles: &[Pole], base: SpacePoint, before: &Bent, wanted: &Bent) -> Option<Tilts> {
+pub(super) fn resolved<const AXES: usize>(
+    poles: &[Pole],
+    base: Place<AXES>,
+    before: &Bent<AXES>,
+    wanted: &Bent<AXES>,
+) -> Option<[Angles; AXES]> {
     // A segment of which more than half lies below the touch is held, too.
-    let held = |touch: Touch| touch.segment + usize::from(touch.share > 0.5);
+    let held = |touch: Touch<AXES>| touch.segment + usize::from(touch.share > 0.5);
     let held = touches(poles, &wanted.stem(base)).map(held).max()?;
     let mut bent = *wanted;
     for (tilts, before_tilts) in bent.tilts.iter_mut().zip(&before.tilts) {
@@ -120,7 +130,7 @@ pub(super) fn resolved(poles: &[Pole], base: SpacePoint, before: &Bent, wanted: 
             touches(poles, &bent.stem(base)).max_by(|one, other| one.depth_cm.total_cmp(&other.depth_cm));
         let Some(touch) = deepest.filter(|touch| touch.depth_cm > TOLERANCE_CM) else { break };
         let slopes = touch.slopes(&bent);
-        let square = dot(slopes[0], slopes[0]) + dot(slopes[1], slopes[1]);
+        let square: f64 = slopes.iter().map(|slopes| dot(*slopes, *slopes)).sum();
         if square == 0.0 {
             break;
         }
@@ -153,7 +163,7 @@ mod tests {
     use super::*;
     use crate::math::vector::{add, scale};
 
-    fn tilts() -> impl Strategy<Value = Tilts> {
+    fn tilts() -> impl Strategy<Value = [Angles; 2]> {
         [prop::array::uniform9(-0.8..0.8), prop::array::uniform9(-0.8..0.8)]
     }
 
@@ -162,10 +172,10 @@ mod tests {
         fn a_stem_that_moves_a_little_ends_outside(
             before in tilts(), moved in tilts(), at in [-4.0..4.0, -4.0..4.0], radius_cm in 0.5..1.5,
         ) {
-            let base = [0.1, 0.0, -0.1];
+            let base = Place::<2>::of([0.1, 0.0, -0.1]);
             let poles = poles_among(&[Pole { at, radius_cm, height_cm: 99.0 }.into()], base);
-            let depth = |tilts: &Tilts| {
-                let depths = touches(&poles, &stem_of(base, tilts, 12.0)).map(|touch| touch.depth_cm);
+            let depth = |tilts: &[Angles; 2]| {
+                let depths = touches(&poles, &stem_of(base, *tilts, 12.0)).map(|touch| touch.depth_cm);
                 depths.fold(0.0, f64::max)
             };
             prop_assume!(depth(&before) == 0.0);
@@ -180,10 +190,10 @@ mod tests {
         #[test]
         fn slopes_are_those_of_the_depth(tilts in tilts(), segment in 0..SEGMENTS) {
             let bent = Bent { tilts, length_cm: 12.0 };
-            let stem = |tilts: &Tilts| stem_of([0.0; 3], tilts, 12.0);
-            let end = stem(&tilts)[segment + 1];
+            let stem = |tilts: &[Angles; 2]| stem_of(Place::of([0.0; 3]), *tilts, 12.0);
+            let end = stem(&tilts)[segment + 1].in_space();
             let pole = Pole { at: [end[0] + 0.3, end[2] - 0.4], radius_cm: 1.0, height_cm: 99.0 };
-            let far = |tilts: &Tilts| pole.distance(stem(tilts)[segment + 1]);
+            let far = |tilts: &[Angles; 2]| pole.distance(stem(tilts)[segment + 1].in_space());
             let touch = Touch { segment, share: 1.0, depth_cm: 0.5, away: [-0.6, 0.8] };
             let slopes = touch.slopes(&bent);
             for axis in 0..2 {
