@@ -1,4 +1,4 @@
-"""Parts of the example scripts, and a short run of the one that learns by PPO where torch is installed."""
+"""Parts of the example scripts, and short runs of those that learn where torch is installed."""
 
 from __future__ import annotations
 
@@ -13,15 +13,19 @@ import pytest
 pytest.importorskip("gymnasium")
 
 
-@pytest.fixture(scope="module")
-def ppo() -> ModuleType:
-    path = Path(__file__).resolve().parents[1] / "examples" / "learn_with_ppo.py"
+def example(name: str) -> ModuleType:
+    path = Path(__file__).resolve().parents[1] / "examples" / name
     spec = importlib.util.spec_from_file_location(path.stem, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[path.stem] = module  # dataclasses look for it
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="module")
+def ppo() -> ModuleType:
+    return example("learn_with_ppo.py")
 
 
 def greedy(features: np.ndarray) -> np.ndarray:
@@ -98,3 +102,22 @@ def test_a_short_run_learns_and_repeats(ppo: ModuleType) -> None:
     assert found.mean() > ppo.score(lambda seen: random.integers(0, 2, len(seen)), 40, 1, settings.repeat).mean() + 4
     again = ppo.learn(settings, lambda line: None)
     np.testing.assert_array_equal(ppo.score(again, 40, 1, settings.repeat), found)
+
+
+@pytest.mark.slow
+def test_an_lstm_is_a_plant_model() -> None:
+    pytest.importorskip("torch", reason="torch is not installed: the LSTM is not trained")
+    from tropism import loop
+
+    lstm = example("lstm_model.py")
+    tracks = [loop.grow({"kind": "periodic", "minutes": 180}, {"kind": "open_loop", "max_steps": 200}, seed)[0] for seed in (1, 2)]
+    model = lstm.LstmModel.fit(tracks, epochs=60)
+    track, fitness = loop.simulate(model, task={"max_steps": 100})
+    assert len(track) == 101 and np.isfinite(track.tips).all()
+    assert loop.simulate(model, task={"max_steps": 100})[1] == fitness
+    # It follows the light as beans do.
+    sides = [{"kind": "periodic", "minutes": 100_000, "first": lamp} for lamp in ("left", "right")]
+    left, right = (loop.simulate(model, side, {"max_steps": 60})[0].tips[-1, 0] for side in sides)
+    assert left < right - 1.0
+    evolved = loop.evolve(model, {"max_steps": 20}, runs=1, generations=2, neat={"population": 6})
+    assert len(evolved) == 1 and np.isfinite(evolved[0].fitness)
