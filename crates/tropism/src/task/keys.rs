@@ -122,7 +122,9 @@ macro_rules! keys {
                 let mut task = kind.clone();
                 $(
                     if let Some(value) = given.$key {
-                        kind.refusal_of(stringify!($key)).map_or(Ok(()), |refusal| Err(A::Error::custom(refusal)))?;
+                        if let Some(refusal) = kind.refusal_of(stringify!($key)) {
+                            return Err(A::Error::custom(refusal));
+                        }
                         task.$key = value;
                     }
                 )+
@@ -147,7 +149,8 @@ keys! {
     depths_cm: Vec<f64> = Vec::new(), |task| {
         let are_depths = task.depths_cm.iter().all(|depth| depth.abs() <= MOST_CM);
         let are_complete = task.depths_cm.len() == task.targets.len();
-        ensure(are_depths && are_complete, "depths_cm", format!("{:?}", task.depths_cm), "one in cm for each target")
+        let found = format!("{:?}", task.depths_cm);
+        ensure(are_depths && are_complete, "depths_cm", found, "one in cm for each target")
     };
     /// What the stem must not touch.
     obstacles: Vec<Obstacle> = Vec::new(), |task| {
@@ -156,7 +159,9 @@ keys! {
         })
     };
     /// Points in ascending height, in cm, by which controllers steer on their way to the targets. They are worth nothing.
-    way_points: Vec<Point> = Vec::new(), |task| check_rising("way_points", f64::NEG_INFINITY, &task.way_points);
+    way_points: Vec<Point> = Vec::new(), |task| {
+        check_rising("way_points", f64::NEG_INFINITY, &task.way_points)
+    };
     /// Distance from a target, at its height, within which the tip has reached it, in cm above 0.
     reach_cm: f64 = 1.5, |task| check_length("reach_cm", task.reach_cm);
     /// Radius of the stem, in cm above 0: its midline must keep so far from each obstacle. Chosen by hand: common beans of
