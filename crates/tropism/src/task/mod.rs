@@ -1,11 +1,13 @@
 //! What a plant is to do, and how well it did.
 //!
 //! Observations go in; a fitness comes out. A [`Task`] is data (where a seedling starts, its targets, what stands in the way,
-//! when an experiment is over) and a [`Score`]: what each step is worth. [`Targets`] is the paper's score, eq. (9);
-//! [`Obstacles`] has targets behind things that the stem must not touch; [`Shape`] wants a form of the whole stem; [`Space`]
-//! has targets in three coordinates; [`Spiral`] counts the turns of the stem round a pole; the targets of [`RandomTargets`]
-//! are still to be drawn; [`OpenLoop`] has nothing to reach and only ends. A score of one's own implements the trait.
+//! when an experiment is over) and a [`Score`]: what each step is worth. [`Targets`] is the paper's score, eq. (9), and
+//! [`Approaches`] its other reading; [`Obstacles`] has targets behind things that the stem must not touch; [`Shape`] wants a
+//! form of the whole stem; [`Space`] has targets with a depth; [`Spiral`] counts the turns of the stem round a pole; the
+//! targets of [`RandomTargets`] are still to be drawn; [`OpenLoop`] has nothing to reach and only ends. A score of one's own
+//! implements the trait.
 
+mod approaches;
 mod keys;
 mod obstacles;
 mod open_loop;
@@ -28,6 +30,7 @@ use crate::observation::Observation;
 use crate::obstacle::Solid;
 use crate::track::{Sample, Track};
 
+pub use approaches::Approaches;
 pub use keys::Task;
 pub use obstacles::Obstacles;
 pub use open_loop::OpenLoop;
@@ -38,9 +41,10 @@ pub use spiral::Spiral;
 pub use targets::Targets;
 
 /// The kinds of tasks that files name, each with its defaults. A new kind is its file and a line here.
-fn kinds() -> [Task; 7] {
+fn kinds() -> [Task; 8] {
     [
         Task::default(),
+        Task::approaches(),
         Task::obstacles(),
         Task::shape(),
         Task::space(),
