@@ -19,15 +19,16 @@
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use tropism::lamps::{Layout, MAX_LAMPS};
-use tropism::math;
 use tropism::math::vector::Vec3;
+use tropism::math::{self, Real};
 use tropism::obstacle::Solid;
+use tropism::random::NoiseStream;
 
 use super::individual::{FILE_RATES_PER_H, Individual};
 use super::internodal::Clock;
-use super::noise::{self, Gains, MAX_TICK_MIN, Pause, PlantNoise};
+use super::noise::{Gains, MAX_TICK_MIN, Pause, PlantNoise};
 use super::pose::{Leaf, Node, Pose};
-use super::rod::{self, Forcing, Rod};
+use super::rod::{self, Chains, Forcing, LANES, Member, Rod};
 use super::solid::ContactPoint;
 
 /// Early elongation of a grown seedling, as a multiple of `growth.rate`. Tuned by hand on the paper's mean growth.
@@ -71,12 +72,15 @@ pub struct Bean {
     pub(crate) noise: Option<PlantNoise>,
     /// The drifting speed of nutation; `None` if it is constant.
     clock: Option<Clock>,
-    pub(crate) substep_s: f64,
+    /// Sub-step of the integration that was asked for, in s.
+    asked_substep_s: Option<f64>,
 }
 
 impl Bean {
-    /// Default sub-step of the integration, in s: 0.04 cm rms from a Runge-Kutta solution (docs/virtual-bean.md).
-    pub const SUBSTEP_S: f64 = 15.0;
+    /// Default sub-step of the integration, in s: the coarsest of up to a minute that errs by less than 0.02 cm (docs/virtual-bean.md).
+    pub const SUBSTEP_S: f64 = 60.0;
+    /// That of a bean among solids, in s. Chosen: so far no stem moves through a contact.
+    pub const SUBSTEP_AMONG_SOLIDS_S: f64 = 15.0;
 
     /// A seedling under the paper's lamps; `seed` selects its events, fluctuation and noise.
     #[must_use]
@@ -101,7 +105,7 @@ impl Bean {
             unfold_h: f64::INFINITY,
             noise: None,
             clock: None,
-            substep_s: Self::SUBSTEP_S,
+            asked_substep_s: None,
         }
         .under(&Layout::default())
     }
@@ -171,7 +175,7 @@ impl Bean {
     #[must_use]
     pub fn with_substep(self, seconds: f64) -> Self {
         assert!((0.1..=60.0).contains(&seconds), "found a sub-step of {seconds} s, wanted 0.1 to 60 s");
-        Self { substep_s: seconds, ..self }
+        Self { asked_substep_s: Some(seconds), ..self }
     }
 
     /// The same bean with another phase of circumnutation, in rad.
@@ -188,14 +192,14 @@ impl Bean {
     pub fn advance(&mut self, lamp_powers: &[f64], minutes: f64) {
         let powers = self.checked_powers(lamp_powers);
         let (ticks, tick_h) = ticks_of(minutes);
-        for _ in 0..ticks {
-            let mut tick = self.begin_tick(powers, tick_h);
-            for _ in 0..tick.substeps {
-                let nutation = tick.nutation.next_rate();
-                self.rod.step(&self.plant, &tick.forcing, nutation);
-            }
-            self.end_tick(&tick, tick_h);
-        }
+        let mut chains: Chains<f64> = Chains::new();
+        (0..ticks).for_each(|_| tick_together(&mut chains, &mut [&mut *self], &[powers], tick_h));
+    }
+
+    /// The sub-step of the integration, in s.
+    pub(crate) fn substep_s(&self) -> f64 {
+        let usual = if self.rod.is_among_solids() { Self::SUBSTEP_AMONG_SOLIDS_S } else { Self::SUBSTEP_S };
+        self.asked_substep_s.unwrap_or(usual)
     }
 
     /// The powers of all lamps.
@@ -218,21 +222,10 @@ impl Bean {
         powers
     }
 
-    /// Begins a tick: [`Self::draw_tick`], fresh exponentials, and noise of curvature.
-    fn begin_tick(&mut self, powers: [f64; MAX_LAMPS], tick_h: f64) -> Tick {
-        let tick = self.draw_tick(powers, tick_h);
-        self.rod.refresh(&self.plant, &tick.forcing);
-        if let Some(noise) = &mut self.noise {
-            let sigma = noise::curvature_sigma(&self.plant, tick_h);
-            self.rod.disturb(|| sigma * noise.curvature());
-        }
-        tick
-    }
-
-    /// Draws the random processes of a tick that act on all segments, and computes what is held constant over it.
-    pub(crate) fn draw_tick(&mut self, powers: [f64; MAX_LAMPS], tick_h: f64) -> Tick {
+    /// Draws the random processes of a tick, and computes what is held constant over it.
+    fn draw_tick(&mut self, powers: [f64; MAX_LAMPS], tick_h: f64) -> Tick {
         let plant = &self.plant;
-        let substeps = (tick_h * 3600.0 / self.substep_s - 1e-9).ceil().max(1.0);
+        let substeps = (tick_h * 3600.0 / self.substep_s() - 1e-9).ceil().max(1.0);
         let gains = match &mut self.noise {
             Some(noise) => noise.gains(plant, self.age_h, tick_h),
             None => Gains { motility: 1.0, growth: 1.0 },
@@ -248,6 +241,7 @@ impl Bean {
         };
         let forcing = Forcing {
             dt,
+            substeps: substeps as u32,
             age_h: self.age_h,
             lamps: self.lamps,
             powers,
@@ -256,22 +250,22 @@ impl Bean {
             zone,
             straightening,
             leaf_mass: self.leaf_mass(),
-            relaxed_share: 1.0 - math::exp(-dt / plant.stem.lag_h),
         };
-        if let Some(noise) = &mut self.noise {
+        let noise = self.noise.as_mut().map(|noise| {
             self.phase += noise.phase_step(plant, tick_h);
-        }
+            noise.curvature(plant, tick_h)
+        });
         let speed = match (&mut self.clock, &plant.internodal) {
             (Some(clock), Some(internodal)) => clock.speed(internodal, tick_h),
             _ => 1.0,
         };
         let turning = TAU / plant.nutation.period_h * speed;
         let nutation = RotatingNutation::new(plant, self.phase, turning * dt);
-        Tick { nutation, turning, forcing, substeps: substeps as u32 }
+        Tick { nutation, turning, forcing, noise }
     }
 
     /// Ends a tick: time has passed.
-    pub(crate) fn end_tick(&mut self, tick: &Tick, tick_h: f64) {
+    fn end_tick(&mut self, tick: &Tick, tick_h: f64) {
         self.phase += tick.turning * tick_h;
         self.phase %= TAU;
         self.age_h += tick_h;
@@ -418,17 +412,44 @@ pub(crate) fn ticks_of(minutes: f64) -> (u32, f64) {
     (ticks as u32, minutes / ticks / 60.0)
 }
 
+/// Advances up to [`Real::LANES`] beans with the same sub-step by a tick.
+pub(crate) fn tick_together<R: Real>(
+    chains: &mut Chains<R>,
+    beans: &mut [&mut Bean],
+    powers: &[[f64; MAX_LAMPS]],
+    tick_h: f64,
+) {
+    let ticks: Vec<Tick> =
+        beans.iter_mut().zip(powers).map(|(bean, powers)| bean.draw_tick(*powers, tick_h)).collect();
+    let mut nutation: Vec<RotatingNutation> = ticks.iter().map(|tick| tick.nutation.clone()).collect();
+    let mut members = Vec::with_capacity(ticks.len());
+    for (bean, Tick { forcing, noise, .. }) in beans.iter_mut().zip(&ticks) {
+        members.push(Member { rod: &mut bean.rod, plant: &bean.plant, forcing, noise: *noise });
+    }
+    chains.advance(&mut members, || {
+        let mut rates = [[0.0; LANES]; 2];
+        for (lane, nutation) in nutation.iter_mut().enumerate() {
+            [rates[0][lane], rates[1][lane]] = nutation.next_rate();
+        }
+        rates.map(|rates| R::from_fn(|lane| rates[lane]))
+    });
+    for (bean, tick) in beans.iter_mut().zip(&ticks) {
+        bean.end_tick(tick, tick_h);
+    }
+}
+
 /// What is held constant over a tick, but for circumnutation.
-pub(crate) struct Tick {
-    pub(crate) forcing: Forcing,
-    pub(crate) substeps: u32,
-    pub(crate) nutation: RotatingNutation,
+struct Tick {
+    forcing: Forcing,
+    nutation: RotatingNutation,
+    noise: Option<(NoiseStream, f64)>,
     /// Speed of the phase of circumnutation, in rad/h.
     turning: f64,
 }
 
 /// The rate of curvature by circumnutation, sub-step after sub-step: the phase turns by the addition theorem.
-pub(crate) struct RotatingNutation {
+#[derive(Clone)]
+struct RotatingNutation {
     ellipse: [[f64; 2]; 2],
     cos: f64,
     sin: f64,
@@ -439,16 +460,14 @@ pub(crate) struct RotatingNutation {
 impl RotatingNutation {
     /// `angle`: by which the phase turns in a sub-step.
     fn new(plant: &Individual, phase: f64, angle: f64) -> Self {
-        Self {
-            ellipse: nutation_ellipse(plant),
-            cos: math::cos(phase),
-            sin: math::sin(phase),
-            turn: [math::cos(angle), math::sin(angle)],
-        }
+        // The middle of the first sub-step.
+        let (sin, cos) = math::sin_cos(phase + 0.5 * angle);
+        let (sin_step, cos_step) = math::sin_cos(angle);
+        Self { ellipse: nutation_ellipse(plant), cos, sin, turn: [cos_step, sin_step] }
     }
 
     /// The rate towards d1 and d2, in 1/cm/h; then the phase advances by a sub-step.
-    pub(crate) fn next_rate(&mut self) -> [f64; 2] {
+    fn next_rate(&mut self) -> [f64; 2] {
         let (cos, sin, [cos_step, sin_step]) = (self.cos, self.sin, self.turn);
         let rate = self.ellipse.map(|[major, minor]| major * cos + minor * sin);
         [self.cos, self.sin] = [cos * cos_step - sin * sin_step, sin * cos_step + cos * sin_step];

@@ -39,8 +39,6 @@ const FITTED: usize = 4;
 const MOVING: usize = FITTED + 1;
 /// A track must have so many measured steps.
 const FEWEST: usize = 50;
-/// Sub-step of the fitted plants, in s: what it costs in accuracy (0.16 cm) is little beside what chance does to a plant.
-const SUBSTEP_S: f64 = 60.0;
 /// First size of the simplex, as a logarithm, and the most that a parameter may move.
 const SIMPLEX: f64 = 0.25;
 const FARTHEST: f64 = 1.6;
@@ -235,8 +233,7 @@ impl<'t> Course<'t> {
         plant.pauses.episodes_per_h = 0.0;
         plant.fluctuation =
             Fluctuation { motility: 0.0, growth: 0.0, curvature: 0.0, phase: 0.0, ..plant.fluctuation };
-        let bean = Bean::new(plant, 0).under(&self.track.layout);
-        let mut bean = bean.with_substep(SUBSTEP_S);
+        let mut bean = Bean::new(plant, 0).under(&self.track.layout);
         // A plant that was taller when the track began is older.
         while bean.length() < length && bean.age_h() < 1000.0 {
             bean.advance(&[], WAITING_MIN);

@@ -41,7 +41,7 @@ static LEAF_OUTLINE: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| Leaf::unit_outli
 pub fn detect(pose: &Pose, rng: &mut impl Rng) -> Point {
     let tip = highest_point(pose);
     let mut noise = [0.0; 2];
-    random::lanes::fill_normal(&mut noise, rng);
+    random::fill_normal(&mut noise, rng);
     Point::new(tip.x + NOISE_SD_CM * noise[0], tip.y + NOISE_SD_CM * noise[1])
 }
 
@@ -62,7 +62,7 @@ pub fn midline_in_space(pose: &Pose) -> Vec<SpacePoint> {
 pub fn detect_stem(pose: &Pose, rng: &mut impl Rng) -> Polyline {
     let mut stem = midline(pose);
     let mut noise = [[0.0; 2]; STEM_POINTS - 1];
-    random::lanes::fill_normal(noise.as_flattened_mut(), rng);
+    random::fill_normal(noise.as_flattened_mut(), rng);
     for (point, [x, y]) in stem.0.iter_mut().skip(1).zip(noise) {
         point.x += STEM_NOISE_SD_CM * x;
         point.y += STEM_NOISE_SD_CM * y;

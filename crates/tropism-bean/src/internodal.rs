@@ -26,10 +26,6 @@ use tropism::random::{self, Purpose};
 
 use super::species::{Spread, log_normal};
 
-/// Distance from the apex within which tissue belongs to the internode that was laid down last, in cm. Chosen by hand: the
-/// segments of a seedling above its leaf pair.
-const PRIMORDIUM_CM: f64 = 0.6;
-
 /// Parameters of the physiology: the table `typical.internodal` of a bean file. Where it stands, the table `motility`, both
 /// times of memory and the balance number of `tropism` have no effect.
 ///
@@ -133,103 +129,15 @@ impl Internodal {
     }
 
     /// The internode that was laid down last.
-    fn youngest(&self, age_h: f64) -> u32 {
+    pub(super) fn youngest(&self, age_h: f64) -> u32 {
         ((age_h - self.first_h) / self.plastochron_h) as u32
     }
 
     /// Motility of an internode, as a share: `below_cm` under its upper node, when the plant is `age_h` old.
-    fn motility(&self, internode: u32, below_cm: f64, age_h: f64) -> f64 {
+    pub(super) fn motility(&self, internode: u32, below_cm: f64, age_h: f64) -> f64 {
         let left_h = self.mature_h - (age_h - self.laid_h(internode));
         let young = math::logistic(left_h / self.maturing_h);
         young * math::logistic((self.reach * young - below_cm) / self.edge)
-    }
-}
-
-/// What a segment remembers of its stimulus towards one direction.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Memory {
-    first: f64,
-    sum: f64,
-    past: f64,
-}
-
-/// The tissue of a segment.
-#[derive(Clone, Debug, PartialEq)]
-struct Cell {
-    /// Number of its internode, from 0 at the base.
-    internode: u32,
-    /// Motility, as a share.
-    motility: f64,
-    /// Memories towards d1 and d2.
-    memory: [Memory; 2],
-}
-
-/// The tissue of a rod, segment by segment.
-#[derive(Clone, Debug)]
-pub(super) struct Tissue {
-    cells: Vec<Cell>,
-}
-
-impl Tissue {
-    /// The tissue of a seedling of `segments`, of which those up to `leaf` are the lowest internode.
-    pub(super) fn seedling(segments: usize, leaf: usize) -> Self {
-        let cell =
-            |segment| Cell { internode: u32::from(segment > leaf), motility: 1.0, memory: <_>::default() };
-        Self { cells: (0..segments).map(cell).collect() }
-    }
-
-    /// Both halves of a segment that splits are of its tissue.
-    pub(super) fn split(&mut self, segment: usize) {
-        self.cells.insert(segment, self.cells[segment].clone());
-    }
-
-    /// Lays down internodes, and computes anew where the stem is motile. `upper_end_cm` and `middle_cm` say how far the upper
-    /// end and the middle of a segment are from the apex.
-    pub(super) fn mature(
-        &mut self,
-        of: &Internodal,
-        age_h: f64,
-        upper_end_cm: impl Fn(usize) -> f64,
-        middle_cm: impl Fn(usize) -> f64,
-    ) {
-        let youngest = of.youngest(age_h);
-        let (mut internode, mut node_cm) = (None, 0.0);
-        for (segment, cell) in self.cells.iter_mut().enumerate().rev() {
-            let from_apex = middle_cm(segment);
-            if from_apex < PRIMORDIUM_CM {
-                cell.internode = cell.internode.max(youngest);
-            }
-            if internode != Some(cell.internode) {
-                (internode, node_cm) = (Some(cell.internode), upper_end_cm(segment));
-            }
-            cell.motility = of.motility(cell.internode, from_apex - node_cm, age_h);
-        }
-    }
-
-    /// Motility of a segment, as a share.
-    pub(super) fn motility(&self, segment: usize) -> f64 {
-        self.cells[segment].motility
-    }
-
-    /// The response of a segment to a stimulus towards d1 and d2 that lasts for `dt` hours.
-    #[inline(always)]
-    pub(super) fn respond(
-        &mut self,
-        of: &Internodal,
-        segment: usize,
-        stimulus: [f64; 2],
-        dt: f64,
-    ) -> [f64; 2] {
-        let sum_share = (dt / of.summing_h).min(1.0);
-        let past_share = (dt / of.subtracting_h).min(1.0);
-        let memory = &mut self.cells[segment].memory;
-        core::array::from_fn(|direction| {
-            let Memory { first, sum, past } = &mut memory[direction];
-            *first += sum_share * (stimulus[direction] - *first);
-            *sum += sum_share * (*first - *sum);
-            *past += past_share * (*sum - *past);
-            *sum - of.subtracted * *past
-        })
     }
 }
 
@@ -262,32 +170,6 @@ impl Clock {
 mod tests {
     use super::*;
 
-    /// The response to a pulse of a minute, minute after minute, per minute of pulse.
-    fn kernel(of: &Internodal) -> Vec<f64> {
-        const SUBSTEPS: u32 = 20;
-        let mut tissue = Tissue::seedling(1, 0);
-        let dt = 1.0 / 60.0 / f64::from(SUBSTEPS);
-        let minute = |minute: u32| {
-            let stimulus = if minute == 0 { 1.0 } else { 0.0 };
-            let responses = (0..SUBSTEPS).map(|_| tissue.respond(of, 0, [stimulus, 0.0], dt)[0]);
-            responses.sum::<f64>() / f64::from(SUBSTEPS)
-        };
-        (0..600).map(minute).collect()
-    }
-
-    #[test]
-    fn the_kernel_has_a_positive_and_then_a_negative_lobe() {
-        let of = Internodal::default();
-        let kernel = kernel(&of);
-        let turn = kernel.iter().position(|response| *response < 0.0).unwrap();
-        assert!((15..60).contains(&turn), "{turn} min");
-        let [sum, difference] = [&kernel[..turn], &kernel[turn..]].map(|lobe| lobe.iter().sum::<f64>());
-        assert!(kernel[turn..].iter().all(|response| *response <= 0.0));
-        assert!(difference < -0.3 * sum, "{sum} and {difference}");
-        // What a lasting stimulus is worth.
-        assert!((sum + difference - (1.0 - of.subtracted)).abs() < 0.01, "{}", sum + difference);
-    }
-
     #[test]
     fn internodes_mature_one_after_the_other_and_from_below() {
         let of = Internodal::default();
@@ -295,22 +177,6 @@ mod tests {
         assert!(motility(0, 1.0) < motility(1, 1.0) && motility(1, 1.0) < motility(2, 1.0));
         assert!(motility(1, 6.0) < motility(1, 1.0));
         assert!(of.motility(1, 6.0, 10.0) > 0.8 && of.motility(1, 6.0, 150.0) < 0.01);
-    }
-
-    #[test]
-    fn the_apex_lays_down_internodes_and_tissue_stays_in_its_own() {
-        let of = Internodal::default();
-        let mut tissue = Tissue::seedling(8, 6);
-        let internodes = |tissue: &Tissue| tissue.cells.iter().map(|cell| cell.internode).collect::<Vec<_>>();
-        let mature = |tissue: &mut Tissue, age_h| {
-            let count = tissue.cells.len();
-            tissue.mature(&of, age_h, |i| 0.5 * (count - 1 - i) as f64, |i| 0.5 * (count - i) as f64 - 0.25);
-        };
-        mature(&mut tissue, 0.0);
-        assert_eq!(internodes(&tissue), [0, 0, 0, 0, 0, 0, 0, 1]);
-        (0..3).for_each(|_| tissue.split(7));
-        mature(&mut tissue, 40.0);
-        assert_eq!(internodes(&tissue), [0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 2]);
     }
 
     #[test]

@@ -8,7 +8,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use tropism::math;
-use tropism::random::{self, Purpose};
+use tropism::random::{self, NoiseStream, Purpose};
 
 use crate::individual::{FILE_RATES_PER_H, Fluctuation, Individual};
 
@@ -103,7 +103,9 @@ pub(super) struct PlantNoise {
     /// Logarithms of the gains: Ornstein-Uhlenbeck processes.
     motility: f64,
     growth: f64,
-    segments: ChaCha8Rng,
+    /// Seed, and number of ticks so far: they name the streams of the noise of curvature.
+    seed: u64,
+    ticks: u32,
     pauses: Vec<Pause>,
     next_episode_h: f64,
 }
@@ -126,8 +128,7 @@ impl PlantNoise {
         let motility = plant.fluctuation.motility * random::normal(&mut slow);
         let growth = plant.fluctuation.growth * random::normal(&mut slow);
         let next_episode_h = waiting_time(&mut events, plant.pauses.episodes_per_h);
-        let segments = random::stream(seed, Purpose::SegmentNoise, 0);
-        Self { events, slow, motility, growth, segments, pauses, next_episode_h }
+        Self { events, slow, motility, growth, seed, ticks: 0, pauses, next_episode_h }
     }
 
     /// Draws the initial phase of circumnutation, in rad.
@@ -170,25 +171,17 @@ impl PlantNoise {
         plant.fluctuation.phase * (FILE_RATES_PER_H * tick_h).sqrt() * random::normal(&mut self.slow)
     }
 
-    /// Random-walk increment of the curvature of a segment over a tick, in units of [`curvature_sigma`].
-    pub(super) fn curvature(&mut self) -> f64 {
-        random::normal(&mut self.segments)
-    }
-
-    /// The stream from which [`Self::curvature`] draws.
-    pub(super) fn curvature_stream(&mut self) -> &mut ChaCha8Rng {
-        &mut self.segments
+    /// Noise of curvature of a tick: the stream of all segments, and the standard deviation of the increment, in 1/cm.
+    pub(super) fn curvature(&mut self, plant: &Individual, tick_h: f64) -> (NoiseStream, f64) {
+        self.ticks += 1;
+        let stream = NoiseStream::new(self.seed, Purpose::SegmentNoise, [self.ticks, 0, 0]);
+        (stream, plant.fluctuation.curvature * tick_h.sqrt())
     }
 
     /// Pauses drawn so far.
     pub(super) fn pauses(&self) -> &[Pause] {
         &self.pauses
     }
-}
-
-/// Standard deviation of the random-walk increment of the curvature of a segment over a tick, in 1/cm.
-pub(super) fn curvature_sigma(plant: &Individual, tick_h: f64) -> f64 {
-    plant.fluctuation.curvature * tick_h.sqrt()
 }
 
 /// Waiting time of a Poisson process, in h; infinite at rate 0.

@@ -1,14 +1,15 @@
-//! Many beans at once, in vector lanes: the fast twin of [`Bean::advance`], with the same bits.
+//! Many beans at once, in vector lanes: [`Bean::advance`] for each, to the bit.
 //!
 //! In: beans of any age and size, the powers of the lamps of each, and time. Out: the beans later. The idea: plants with about
 //! as many segments grow side by side, one a lane. Random processes and what changes slowly are computed plant by plant, once
-//! a tick, by the code of the plain bean; only the noise of curvature and the sub-steps of the rods are another code.
+//! a tick.
 
 use tropism::lamps::MAX_LAMPS;
 
-use super::bean::{Bean, Tick, ticks_of};
-use super::noise;
-use super::rod::{LANES, Rod, RodLanes};
+use tropism::math::Lanes;
+
+use super::bean::{Bean, tick_together, ticks_of};
+use super::rod::{Chains, LANES};
 
 /// Beans that grow side by side.
 ///
@@ -34,14 +35,14 @@ use super::rod::{LANES, Rod, RodLanes};
 pub struct Population {
     /// The plants.
     pub beans: Vec<Bean>,
-    lanes: RodLanes,
+    chains: Chains<Lanes<LANES>>,
 }
 
 impl Population {
     /// A population of `beans`.
     #[must_use]
     pub fn new(beans: Vec<Bean>) -> Self {
-        Self { beans, lanes: RodLanes::new() }
+        Self { beans, chains: Chains::new() }
     }
 
     /// Grows all plants for `minutes`, each under lamps of its own powers: [`Bean::advance`] for each, to the bit.
@@ -52,79 +53,21 @@ impl Population {
         let (found, wanted) = (lamp_powers.len(), self.beans.len());
         assert!(found == wanted, "found lamp powers for {found} beans, wanted them for {wanted}");
         let (ticks, tick_h) = ticks_of(minutes);
-        let Self { beans, lanes } = self;
-        let mut members = Vec::with_capacity(wanted);
-        for (number, (bean, powers)) in beans.iter_mut().zip(lamp_powers).enumerate() {
-            // The lanes know the first physiology alone.
-            if bean.plant.internodal.is_some() {
-                bean.advance(powers, minutes);
-                continue;
-            }
-            let order = (bean.substep_s.to_bits(), bean.rod.count(), number);
-            members.push(Member { order, bean, powers });
-        }
-        members.sort_unstable_by_key(|member| member.order);
-        for equal in members.chunk_by_mut(|one, other| one.order.0 == other.order.0) {
+        let Self { beans, chains } = self;
+        // Plants of about as many segments stand side by side.
+        let mut members: Vec<_> = beans.iter_mut().zip(lamp_powers).collect();
+        members.sort_by_key(|(bean, _)| (bean.substep_s().to_bits(), bean.rod.count()));
+        for equal in members.chunk_by_mut(|(one, _), (other, _)| one.substep_s() == other.substep_s()) {
             for group in equal.chunks_mut(LANES) {
-                if let [Member { bean, powers, .. }] = group {
+                if let [(bean, powers)] = group {
                     bean.advance(*powers, minutes);
                     continue;
                 }
-                for _ in 0..ticks {
-                    tick_together(lanes, group, tick_h);
-                }
+                let powers: Vec<_> =
+                    group.iter().map(|(bean, powers)| bean.checked_powers(*powers)).collect();
+                let mut plants: Vec<&mut Bean> = group.iter_mut().map(|(bean, _)| &mut **bean).collect();
+                (0..ticks).for_each(|_| tick_together(chains, &mut plants, &powers, tick_h));
             }
         }
-    }
-}
-
-/// A plant of a population during [`Population::advance`].
-struct Member<'a> {
-    /// Sub-step, number of segments and number of the plant: plants of about as many segments stand side by side.
-    order: (u64, usize, usize),
-    bean: &'a mut Bean,
-    powers: &'a [f64; MAX_LAMPS],
-}
-
-/// A tick of two to [`LANES`] beans with the same sub-step.
-fn tick_together(lanes: &mut RodLanes, group: &mut [Member<'_>], tick_h: f64) {
-    let begin = |Member { bean, powers, .. }: &mut Member<'_>| {
-        let powers = bean.checked_powers(*powers);
-        bean.draw_tick(powers, tick_h)
-    };
-    let mut ticks: Vec<Tick> = group.iter_mut().map(begin).collect();
-    lanes.begin(group.iter().map(|member| member.bean.rod.count()).max().unwrap_or(0));
-    // Lanes without a plant repeat the first one; nothing comes of them.
-    let plants = group.len();
-    let place = |lane| if lane < plants { lane } else { 0 };
-    for lane in 0..LANES {
-        let Bean { rod, plant, .. } = &mut *group[place(lane)].bean;
-        lanes.load(lane, rod, plant, &ticks[place(lane)].forcing);
-    }
-    lanes.load_segments(core::array::from_fn(|lane| &group[place(lane)].bean.rod));
-    for (lane, member) in group.iter_mut().enumerate() {
-        let Bean { plant, noise: Some(noise), .. } = &mut *member.bean else { continue };
-        lanes.draw_curvature(lane, noise::curvature_sigma(plant, tick_h), noise.curvature_stream());
-    }
-    lanes.begin_tick();
-    let mut nutation = [[0.0; 2]; LANES];
-    for _ in 0..ticks[0].substeps {
-        for (rate, tick) in nutation.iter_mut().zip(&mut ticks) {
-            *rate = tick.nutation.next_rate();
-        }
-        lanes.step(&nutation);
-        for (lane, (member, tick)) in group.iter_mut().zip(&ticks).enumerate() {
-            if lanes.must_split(lane) {
-                let Bean { rod, plant, .. } = &mut *member.bean;
-                lanes.store(lane, rod);
-                rod.split_overlong(plant, &tick.forcing);
-                lanes.reload(lane, rod);
-            }
-        }
-    }
-    let mut rods: Vec<&mut Rod> = group.iter_mut().map(|member| &mut member.bean.rod).collect();
-    lanes.end_tick(&mut rods);
-    for (member, tick) in group.iter_mut().zip(&ticks) {
-        member.bean.end_tick(tick, tick_h);
     }
 }

@@ -16,8 +16,8 @@ use tropism::math::vector::{Vec3, add, cross, dot, norm, normalize_or, scale, su
 use tropism::obstacle::Solid;
 use tropism::simd::{Kernel, dispatch};
 
-use super::{MAX_NODES, MAX_SEGMENT_CM, MEGAPASCAL, PerSegment, Segments, radius};
-use crate::rod::Forcing;
+use super::chains::MEGAPASCAL;
+use super::{MAX_SEGMENT_CM, MAX_SEGMENTS, radius};
 use crate::solid;
 use crate::{ContactPoint, Individual};
 
@@ -109,10 +109,9 @@ impl Touch {
 struct Solve<'a> {
     contact: &'a mut Contact,
     last: usize,
-    segments: &'a Segments,
-    weight: f64,
+    segments: &'a Chain,
     plant: &'a Individual,
-    forcing: &'a Forcing,
+    dt: f64,
 }
 
 impl Kernel for Solve<'_> {
@@ -120,11 +119,11 @@ impl Kernel for Solve<'_> {
 
     #[inline(always)]
     fn run(self) -> bool {
-        let Self { contact, last, segments, weight, plant, forcing } = self;
-        assert!(last < MAX_NODES);
+        let Self { contact, last, segments, plant, dt } = self;
+        assert!(last < MAX_SEGMENTS);
         contact.work.last = last;
         contact.start_from_before();
-        contact.relax_freely(last, segments, weight, forcing);
+        contact.relax_freely(last, segments);
         let count = contact.touches.len();
         contact.work.blocks.resize(count * count, [[0.0; 3]; 3]);
         contact.work.active.clear();
@@ -137,7 +136,7 @@ impl Kernel for Solve<'_> {
             return false;
         }
         loop {
-            contact.relax_forces(forcing);
+            contact.relax_forces(dt);
             contact.load(last);
             // One that the forces of the others press into a solid bears a force, too.
             let goes_in = |number: &usize| !contact.work.active.contains(number) && contact.goes_in(*number);
@@ -151,9 +150,11 @@ impl Kernel for Solve<'_> {
 
 /// Segments that are computed side by side.
 const WIDTH: usize = 8;
+/// Parts of so many segments.
+const PARTS: usize = MAX_SEGMENTS.div_ceil(WIDTH);
 
 /// One value for each segment, in parts that are computed at once. In the part of the last segment, further ones have 0.
-type Row = [[f64; WIDTH]; MAX_NODES / WIDTH];
+type Row = [[f64; WIDTH]; PARTS];
 
 /// A row of the Jacobian: how a place moves along an axis by the bending of each segment towards d1 and d2.
 type JacobianRow = [Row; 2];
@@ -166,8 +167,6 @@ struct Work {
     last: usize,
     /// How far growth moves the lower end of each segment in this sub-step, in cm.
     grown: Vec<Vec3>,
-    /// Growth of this sub-step over [`Segments::growing`].
-    rate: f64,
     /// Bending of each segment by a unit moment in this sub-step.
     soft: Row,
     /// Bending of each segment without contacts.
@@ -188,34 +187,41 @@ struct Work {
     bent: [Row; 4],
 }
 
-/// What the search for contacts reads of the segments of a rod.
-pub(super) trait Shape {
-    /// Length, in cm.
-    fn length(&self, i: usize) -> f64;
-    /// Middle, in cm.
-    fn middle(&self, i: usize) -> Vec3;
-    /// Direction.
-    fn along(&self, i: usize) -> Vec3;
+/// One value for each segment.
+type PerSegment = [f64; PARTS * WIDTH];
+
+/// The segments of one plant in a sub-step.
+#[derive(Clone, Debug)]
+pub(super) struct Chain {
+    /// Length at the beginning, in cm, and elongation.
+    pub(super) length: PerSegment,
+    pub(super) elongation: PerSegment,
+    /// Material frame at the middle, direction of the segment, and place of the middle, in cm.
+    pub(super) d1: [PerSegment; 3],
+    pub(super) d2: [PerSegment; 3],
+    pub(super) along: [PerSegment; 3],
+    pub(super) middle: [PerSegment; 3],
     /// Distance of the middle from the apex, in cm.
-    fn apex_distance(&self, i: usize) -> f64;
+    pub(super) from_apex: PerSegment,
+    /// Change of curvature by a unit moment, in 1/cm for each dyn cm, and by elastic relaxation towards d1 and d2, in 1/cm.
+    pub(super) softness: PerSegment,
+    pub(super) relaxing: [PerSegment; 2],
 }
 
-impl Shape for Segments {
-    fn length(&self, i: usize) -> f64 {
-        self.length[i]
-    }
-
-    fn middle(&self, i: usize) -> Vec3 {
-        frame(&self.middle, i)
-    }
-
-    #[inline(always)]
-    fn along(&self, i: usize) -> Vec3 {
-        cross(frame(&self.d1, i), frame(&self.d2, i))
-    }
-
-    fn apex_distance(&self, i: usize) -> f64 {
-        self.from_apex[i]
+impl Chain {
+    pub(super) fn new() -> Self {
+        const NONE: PerSegment = [0.0; PARTS * WIDTH];
+        Self {
+            length: NONE,
+            elongation: NONE,
+            d1: [NONE; 3],
+            d2: [NONE; 3],
+            along: [NONE; 3],
+            middle: [NONE; 3],
+            from_apex: NONE,
+            softness: NONE,
+            relaxing: [NONE; 2],
+        }
     }
 }
 
@@ -262,35 +268,16 @@ impl Contact {
         false
     }
 
-    /// Finds the points at which a rod of `n` segments is near solids. Returns the last segment that has one.
-    pub(super) fn find(
-        &mut self,
-        n: usize,
-        rod: &impl Shape,
-        plant: &Individual,
-        forcing: &Forcing,
-    ) -> Option<usize> {
+    /// Finds the points at which a rod of `n` segments is near solids, and their forces in a sub-step of `dt` hours. Returns
+    /// whether there are any; then [`Self::bending`] says how they bend the rod.
+    pub(super) fn press(&mut self, n: usize, segments: &Chain, plant: &Individual, dt: f64) -> bool {
         std::mem::swap(&mut self.work.before, &mut self.touches);
         self.touches.clear();
         for number in 0..self.solids.len() {
-            self.find_of(number, n, rod, plant, forcing);
+            self.find_of(number, n, segments, plant, dt);
         }
-        self.touches.iter().map(|touch| touch.segment).max()
-    }
-
-    /// Finds the forces at the points of [`Self::find`]. Returns whether there are any; then [`Self::bending`] says how they
-    /// bend the rod.
-    ///
-    /// Values of `segments` up to `last` are those of this sub-step; `weight` is the sum of [`Segments::growing`].
-    pub(super) fn solve(
-        &mut self,
-        last: usize,
-        segments: &Segments,
-        weight: f64,
-        plant: &Individual,
-        forcing: &Forcing,
-    ) -> bool {
-        dispatch(Solve { contact: self, last, segments, weight, plant, forcing })
+        let last = self.touches.iter().map(|touch| touch.segment).max();
+        last.is_some_and(|last| dispatch(Solve { contact: self, last, segments, plant, dt }))
     }
 
     /// How the contacts change the curvatures towards d1 and d2 of the segments up to the last contact in this sub-step, and
@@ -300,7 +287,7 @@ impl Contact {
     }
 
     /// Finds the points of the rod that are near one solid.
-    fn find_of(&mut self, number: usize, n: usize, rod: &impl Shape, plant: &Individual, forcing: &Forcing) {
+    fn find_of(&mut self, number: usize, n: usize, rod: &Chain, plant: &Individual, dt: f64) {
         if self.waits[number] > 0 {
             self.waits[number] -= 1;
             return;
@@ -310,13 +297,13 @@ impl Contact {
         // How far any segment is from being near.
         let mut least = f64::INFINITY;
         for i in 0..n {
-            let middle = rod.middle(i);
+            let middle = frame(&rod.middle, i);
             let look = &mut self.looks[number][i];
             let mut free = look.free - norm(sub(middle, look.middle));
             if free <= 0.0 {
                 let (distance, normal) = solid::distance(&self.solids[number], middle);
                 // A segment grows meanwhile, at most to the length at which it splits.
-                let half = 0.5 * rod.length(i).max(MAX_SEGMENT_CM);
+                let half = 0.5 * rod.length[i].max(MAX_SEGMENT_CM);
                 free = (distance - thickest - REACH_CM) / SLACK - half;
                 *look = Look { middle, free };
                 if free <= 0.0 {
@@ -326,7 +313,7 @@ impl Contact {
             least = least.min(free);
         }
         // As an integer it saturates.
-        self.waits[number] = (least / (FASTEST * forcing.dt)).max(0.0) as u32;
+        self.waits[number] = (least / (FASTEST * dt)).max(0.0) as u32;
     }
 
     /// Adds the point of a segment that is nearest to a solid, if it is near. A shared end belongs to the upper segment.
@@ -336,12 +323,12 @@ impl Contact {
         number: usize,
         i: usize,
         n: usize,
-        rod: &impl Shape,
+        rod: &Chain,
         plant: &Individual,
         of_middle: (f64, Vec3),
     ) {
-        let (along, length) = (rod.along(i), rod.length(i));
-        let middle = rod.middle(i);
+        let (along, length) = (frame(&rod.along, i), rod.length[i]);
+        let middle = frame(&rod.middle, i);
         let at = |share: f64| add(middle, scale(along, (share - 0.5) * length));
         // A distance from a convex body is convex along a line: its slope changes sign once.
         let with_slope = |(distance, normal): (f64, Vec3)| (distance, normal, dot(normal, along));
@@ -384,7 +371,7 @@ impl Contact {
                 *if found.2 < 0.0 { &mut low } else { &mut high } = (share, tangent(found.2));
             }
         };
-        let from_apex = (rod.apex_distance(i) - (share - 0.5) * length).max(0.0);
+        let from_apex = (rod.from_apex[i] - (share - 0.5) * length).max(0.0);
         let gap = distance - radius(plant, from_apex);
         if gap < REACH_CM {
             let other = if normal[2].abs() < 0.7 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
@@ -413,16 +400,15 @@ impl Contact {
 
     /// Computes how the points near solids would move along the normals without forces.
     #[inline(always)]
-    fn relax_freely(&mut self, last: usize, segments: &Segments, weight: f64, forcing: &Forcing) {
-        let Work { grown, rate, soft, free: [free1, free2], rows, moved, .. } = &mut self.work;
-        *rate = forcing.dt * forcing.growth / weight;
+    fn relax_freely(&mut self, last: usize, segments: &Chain) {
+        let Work { grown, soft, free: [free1, free2], rows, moved, .. } = &mut self.work;
         for part in 0..=last / WIDTH {
             for lane in 0..WIDTH {
                 let i = part * WIDTH + lane;
                 let length = segments.length[i];
                 soft[part][lane] = segments.softness[i] * length;
-                free1[part][lane] = segments.relaxing1[i] * length;
-                free2[part][lane] = -segments.relaxing2[i] * length;
+                free1[part][lane] = segments.relaxing[0][i] * length;
+                free2[part][lane] = -segments.relaxing[1][i] * length;
             }
         }
         [soft, free1, free2].into_iter().for_each(|row| end(row, last));
@@ -430,11 +416,11 @@ impl Contact {
         let mut way = [0.0; 3];
         for i in 0..=last {
             grown.push(way);
-            way = add(way, scale(segments.along(i), *rate * segments.growing[i]));
+            way = add(way, scale(frame(&segments.along, i), segments.elongation[i]));
         }
         let count = self.touches.len();
         if rows.len() < count {
-            rows.resize(count, [[[[0.0; WIDTH]; MAX_NODES / WIDTH]; 2]; 3]);
+            rows.resize(count, [[[[0.0; WIDTH]; PARTS]; 2]; 3]);
         }
         moved.resize(count, [0.0; 3]);
         for number in 0..count {
@@ -446,12 +432,12 @@ impl Contact {
 
     /// Computes the row of the Jacobian of an axis of a point, and the movement along it without forces.
     #[inline(always)]
-    fn fill(&mut self, number: usize, axis: usize, segments: &Segments) {
-        let Work { grown, free: [free1, free2], rate, rows, moved, .. } = &mut self.work;
+    fn fill(&mut self, number: usize, axis: usize, segments: &Chain) {
+        let Work { grown, free: [free1, free2], rows, moved, .. } = &mut self.work;
         let (touch, [row1, row2]) = (&self.touches[number], &mut rows[number][axis]);
         let (own, at, moved) = (touch.segment, touch.at, &mut moved[number][axis]);
         let axis = touch.axes[axis];
-        assert!(own < MAX_NODES);
+        assert!(own < MAX_SEGMENTS);
         for part in 0..=own / WIDTH {
             for lane in 0..WIDTH {
                 let i = part * WIDTH + lane;
@@ -461,7 +447,7 @@ impl Contact {
             }
         }
         // A segment bends by halves at both of its ends.
-        let along = segments.along(own);
+        let along = frame(&segments.along, own);
         let turn = cross(scale(along, 0.5 * touch.share * segments.length[own]), axis);
         row1[own / WIDTH][own % WIDTH] = dot(turn, frame(&segments.d2, own));
         row2[own / WIDTH][own % WIDTH] = dot(turn, frame(&segments.d1, own));
@@ -473,13 +459,13 @@ impl Contact {
                 sums[lane] += row1[part][lane] * free1[part][lane] + row2[part][lane] * free2[part][lane];
             }
         }
-        let grown = add(grown[own], scale(along, touch.share * *rate * segments.growing[own]));
+        let grown = add(grown[own], scale(along, touch.share * segments.elongation[own]));
         *moved = total(sums) + dot(axis, grown);
     }
 
     /// Lets a point bear a force: computes the rest of its Jacobian, and its compliances.
     #[inline(always)]
-    fn activate(&mut self, number: usize, segments: &Segments) {
+    fn activate(&mut self, number: usize, segments: &Chain) {
         self.fill(number, 1, segments);
         self.fill(number, 2, segments);
         let Work { active, rows, soft, blocks, .. } = &mut self.work;
@@ -495,8 +481,8 @@ impl Contact {
 
     /// Projected Gauss-Seidel: brings the forces at the active points to balance.
     #[inline(always)]
-    fn relax_forces(&mut self, forcing: &Forcing) {
-        let (friction, creep, count) = (self.friction, CREEP * forcing.dt, self.touches.len());
+    fn relax_forces(&mut self, dt: f64) {
+        let (friction, creep, count) = (self.friction, CREEP * dt, self.touches.len());
         let Work { active, moved, blocks, residues, .. } = &mut self.work;
         residues.clear();
         residues.resize(count, [0.0; 3]);
@@ -574,7 +560,7 @@ impl Contact {
     /// Computes how the moments bend each segment. Where they exceed what turgor can, growth gives way: the rest curvature
     /// follows the actual one.
     #[inline(always)]
-    fn curve(&mut self, last: usize, segments: &Segments, plant: &Individual) {
+    fn curve(&mut self, last: usize, segments: &Chain, plant: &Individual) {
         let Work { moments: [moment1, moment2], bent: [bent1, bent2, rest1, rest2], .. } = &mut self.work;
         for part in 0..=last / WIDTH {
             for lane in 0..WIDTH {
