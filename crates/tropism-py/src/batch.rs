@@ -134,10 +134,10 @@ impl Episodes {
                 }
                 if self.sight == Sight::Obstacles {
                     let found = seen.stem.as_ref().and_then(|stem| clearance(&self.task.obstacles, stem));
-                    let (on_stem, on_obstacle) =
-                        found.map_or((seen.tip, seen.tip), |found| (found.stem, found.obstacle));
+                    let tip = <[f64; 2]>::from(seen.tip);
+                    let (stem, obstacle) = found.map_or((tip, tip), |found| (found.stem, found.obstacle));
                     let gap = self.gap(seen).0;
-                    nearest.copy_from_slice(&[gap, on_stem.x, on_stem.y, on_obstacle.x, on_obstacle.y]);
+                    nearest.copy_from_slice(&[gap, stem[0], stem[1], obstacle[0], obstacle[1]]);
                 }
             }
         }

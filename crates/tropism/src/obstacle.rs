@@ -6,18 +6,12 @@
 //! # References
 //! Hart 1996, doi:10.1007/s003710050084 (signed distances; how far a line can be followed without meeting anything).
 
-pub(crate) mod lanes;
-
 use serde::{Deserialize, Serialize};
 
 use crate::check::{OutOfRange, ensure};
 use crate::geometry::space::SpacePoint;
-use crate::geometry::{Point, Polyline, path};
-use crate::math;
-
-/// Distance of the points of a stem that are compared with a box, in cm. Chosen: the error is at most half of it, and that
-/// of a measured tip is 0.05 cm.
-const SPACING_CM: f64 = 0.1;
+use crate::geometry::{Point, Polyline};
+use crate::math::{self, Mask, Real};
 
 /// One obstacle.
 ///
@@ -83,7 +77,7 @@ pub enum Solid {
     Pole(Pole),
 }
 
-/// The keys of all kinds, so that an error names a wrong one.
+/// The keys of all kinds, so that a wrong one is told by name.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keys {
@@ -168,13 +162,13 @@ impl From<Pole> for Solid {
 }
 
 impl Pole {
-    /// Horizontal distance of a point from the pole's surface, in cm; below 0 inside. The pole's height does not count.
+    /// Horizontal distance of a point from the surface of the pole, in cm; below 0 inside. Its end is not looked at.
     #[must_use]
     pub fn distance(&self, point: SpacePoint) -> f64 {
         math::hypot(point[0] - self.at[0], point[2] - self.at[1]) - self.radius_cm
     }
 
-    /// Checks that values are finite and in range.
+    /// Checks what a file may have got wrong.
     ///
     /// # Errors
     /// [`OutOfRange`] names the key, its value and the allowed values.
@@ -187,7 +181,7 @@ impl Pole {
 }
 
 impl Solid {
-    /// Checks that values are finite and in range.
+    /// Checks what a file may have got wrong.
     ///
     /// # Errors
     /// [`OutOfRange`] names the key, its value and the allowed values.
@@ -223,19 +217,23 @@ impl From<Obstacle> for Keys {
     }
 }
 
+/// x and y, in cm.
+pub(crate) type Place<R> = [R; 2];
+
 /// Where a stem is nearest to obstacles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clearance {
+pub struct Clearance<R = f64> {
     /// Distance from the midline of the stem to the obstacle, in cm; below 0 if it passes through.
-    pub distance_cm: f64,
-    /// The point of the stem, in cm.
-    pub stem: Point,
-    /// The point of the obstacle that it keeps away from, in cm: of a disc the centre, of a box or a line the nearest one.
-    pub obstacle: Point,
+    pub distance_cm: R,
+    /// x and y of the point of the stem, in cm.
+    pub stem: [R; 2],
+    /// x and y of the point of the obstacle that it keeps away from, in cm: of a disc the centre, of a box or a line the nearest
+    /// one.
+    pub obstacle: [R; 2],
 }
 
 impl Obstacle {
-    /// Checks that values are finite and in range.
+    /// Checks what a file may have got wrong.
     ///
     /// # Errors
     /// [`OutOfRange`] names the key, its value and the allowed values.
@@ -281,14 +279,21 @@ impl Obstacle {
     /// Distance from `point` to the obstacle, in cm; below 0 inside.
     #[must_use]
     pub fn distance(&self, point: Point) -> f64 {
+        self.distance_from(point.into())
+    }
+
+    /// [`Self::distance`], of as many places as a number has lanes.
+    #[inline(always)]
+    fn distance_from<R: Real>(&self, at: Place<R>) -> R {
         match *self {
-            Self::Disc { centre, radius_cm } => point.distance(centre) - radius_cm,
-            Self::Line { .. } => point.distance(self.nearest(point)),
-            Self::Box { corners: [one, other] } => {
+            Self::Disc { radius_cm, .. } => apart(at, self.nearest(at)) - radius_cm,
+            Self::Line { .. } => apart(at, self.nearest(at)),
+            Self::Box { corners } => {
                 // How far outside of each pair of sides; below 0 between them.
-                let outside = |value: f64, a: f64, b: f64| (a.min(b) - value).max(value - a.max(b));
-                let (x, y) = (outside(point.x, one.x, other.x), outside(point.y, one.y, other.y));
-                if x.max(y) < 0.0 { x.max(y) } else { point.distance(self.nearest(point)) }
+                let [low, high] = bounds(corners);
+                let [x, y] = [0, 1].map(|axis| (-at[axis] + low[axis]).max(at[axis] - high[axis]));
+                let (nothing, most) = (R::splat(0.0), x.max(y));
+                R::select(most.lt(nothing), most, math::hypot(x.max(nothing), y.max(nothing)))
             }
         }
     }
@@ -307,11 +312,8 @@ impl Obstacle {
                 return if x > y { (x, [left, 0.0]) } else { (y, [0.0, down]) };
             }
         }
-        let (from, radius) = match *self {
-            Self::Disc { centre, radius_cm } => (centre, radius_cm),
-            _ => (self.nearest(point), 0.0),
-        };
-        let away = [point.x - from.x, point.y - from.y];
+        let radius = if let Self::Disc { radius_cm, .. } = *self { radius_cm } else { 0.0 };
+        let away = math::vector::sub(point.into(), self.nearest(point.into()));
         let length = math::vector::norm(away);
         let normal = if length > 0.0 {
             away.map(|axis| axis / length)
@@ -324,53 +326,104 @@ impl Obstacle {
         (length - radius, normal)
     }
 
-    /// The point from which a stem at `point` keeps away: see [`Clearance::obstacle`].
-    fn nearest(&self, point: Point) -> Point {
+    /// The point from which a stem at a place keeps away: see [`Clearance::obstacle`].
+    #[inline(always)]
+    fn nearest<R: Real>(&self, at: Place<R>) -> Place<R> {
         match *self {
-            Self::Disc { centre, .. } => centre,
-            Self::Box { corners: [one, other] } => Point::new(
-                point.x.clamp(one.x.min(other.x), one.x.max(other.x)),
-                point.y.clamp(one.y.min(other.y), one.y.max(other.y)),
-            ),
-            Self::Line { ends: [from, to] } => from.lerp(to, share_nearest(from, to, point)),
-        }
-    }
-
-    /// Calls `look` with points of the segment from `from` to `to`, the nearest to the obstacle among them; of a box, to half
-    /// of [`SPACING_CM`].
-    fn for_nearest_of(&self, [from, to]: [Point; 2], mut look: impl FnMut(Point)) {
-        match *self {
-            Self::Disc { centre, .. } => look(from.lerp(to, share_nearest(from, to, centre))),
+            Self::Disc { centre, .. } => place(centre),
+            Self::Box { corners } => {
+                let [low, high] = bounds(corners).map(|corner| corner.map(R::splat));
+                [0, 1].map(|axis| at[axis].clamp(low[axis], high[axis]))
+            }
             Self::Line { ends } => {
-                // Two straight lines are nearest to each other at an end of one of them, or where they cross.
-                let crossing = share_crossing([from, to], ends).map(|share| share.clamp(0.0, 1.0));
-                let [first, last] = ends.map(|end| share_nearest(from, to, end));
-                [0.0, 1.0, first, last]
-                    .into_iter()
-                    .chain(crossing)
-                    .for_each(|share| look(from.lerp(to, share)));
+                let way = ends.map(place);
+                between(way, share_nearest(way, at))
             }
-            Self::Box { .. } => {
-                let count = (from.distance(to) / SPACING_CM).ceil().max(1.0);
-                (0..=count as u32).for_each(|step| look(from.lerp(to, f64::from(step) / count)));
+        }
+    }
+
+    /// Shares of a way among which that of the point nearest to the obstacle is, and their number.
+    #[inline(always)]
+    fn shares_nearest<R: Real>(&self, way: [Place<R>; 2]) -> ([R; MOST_SHARES], usize) {
+        let mut shares = [R::splat(0.0); MOST_SHARES];
+        match *self {
+            Self::Disc { centre, .. } => {
+                shares[0] = share_nearest(way, place(centre));
+                (shares, 1)
+            }
+            // Two straight lines are nearest to each other at an end of one of them, or where they cross.
+            Self::Line { ends } => {
+                let [first, last] = ends.map(|end| share_nearest(way, place(end)));
+                shares[1..5].copy_from_slice(&[R::splat(1.0), first, last, share_crossing(way, ends)]);
+                (shares, 5)
+            }
+            // Outside, a way is nearest at one of its ends or to a corner. Inside, it is deepest where two sides are equally far.
+            Self::Box { corners } => {
+                let [[left, low], [right, high]] = bounds(corners);
+                shares[1] = R::splat(1.0);
+                let corners = [[left, low], [right, low], [right, high], [left, high]];
+                for (share, corner) in shares[2..6].iter_mut().zip(corners) {
+                    *share = share_nearest(way, corner.map(R::splat));
+                }
+                // The distance from each side, inside: a x + b y + c.
+                let sides = [[-1.0, 0.0, left], [1.0, 0.0, -right], [0.0, -1.0, low], [0.0, 1.0, -high]];
+                let pairs = [[0, 1], [2, 3], [0, 2], [0, 3], [1, 2], [1, 3]];
+                for (share, [one, other]) in shares[6..].iter_mut().zip(pairs) {
+                    let [a, b, c] = [0, 1, 2].map(|part| sides[one][part] - sides[other][part]);
+                    *share = share_where_zero(way.map(|[x, y]| x * a + y * b + c));
+                }
+                (shares, MOST_SHARES)
             }
         }
     }
 }
 
-/// [`path::share_nearest`] in the plane.
-fn share_nearest(from: Point, to: Point, point: Point) -> f64 {
-    path::share_nearest(from.into(), to.into(), point.into())
+/// Most shares that [`Obstacle::shares_nearest`] gives: those of a box.
+const MOST_SHARES: usize = 12;
+
+#[inline(always)]
+fn place<R: Real>(point: Point) -> Place<R> {
+    [R::splat(point.x), R::splat(point.y)]
 }
 
-/// At which share of the way from `from` to `to` it crosses the straight line through `ends`: on the way or beyond it. `None`
-/// if they are parallel.
-pub(crate) fn share_crossing([from, to]: [Point; 2], ends: [Point; 2]) -> Option<f64> {
-    let side = |point: Point| {
-        (ends[1].x - ends[0].x) * (point.y - ends[0].y) - (ends[1].y - ends[0].y) * (point.x - ends[0].x)
-    };
-    let (before, after) = (side(from), side(to));
-    (before != after).then(|| before / (before - after))
+/// The lower left and the upper right corner of a box.
+fn bounds([one, other]: [Point; 2]) -> [Place<f64>; 2] {
+    [[one.x.min(other.x), one.y.min(other.y)], [one.x.max(other.x), one.y.max(other.y)]]
+}
+
+#[inline(always)]
+fn apart<R: Real>(one: Place<R>, other: Place<R>) -> R {
+    math::hypot(one[0] - other[0], one[1] - other[1])
+}
+
+#[inline(always)]
+fn between<R: Real>([from, to]: [Place<R>; 2], share: R) -> Place<R> {
+    [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
+}
+
+/// The share of a way at which it is nearest to a place; 0 where both ends are one.
+#[inline(always)]
+fn share_nearest<R: Real>([from, to]: [Place<R>; 2], at: Place<R>) -> R {
+    let (x, y) = (to[0] - from[0], to[1] - from[1]);
+    let square = x * x + y * y;
+    let along = (at[0] - from[0]) * x + (at[1] - from[1]) * y;
+    let nothing = R::splat(0.0);
+    R::select(square.gt(nothing), (along / square).clamp(nothing, R::splat(1.0)), nothing)
+}
+
+/// The share of a way on which a linear function with these values at its ends is 0, on the way or beyond it; not finite where the
+/// function is constant.
+#[inline(always)]
+fn share_where_zero<R: Real>([before, after]: [R; 2]) -> R {
+    before / (before - after)
+}
+
+/// The share of a way at which it crosses the straight line through `ends`, on the way or beyond it; not finite if they are
+/// parallel.
+#[inline(always)]
+pub(crate) fn share_crossing<R: Real>(way: [Place<R>; 2], ends: [Point; 2]) -> R {
+    let [x, y] = [ends[1].x - ends[0].x, ends[1].y - ends[0].y];
+    share_where_zero(way.map(|at| (at[1] - ends[0].y) * x - (at[0] - ends[0].x) * y))
 }
 
 /// Bound of the rounding error of a distance, in cm. Chosen: far above the spacing of `f64` at 100 cm, 1.4e-14.
@@ -384,25 +437,56 @@ pub fn clearance(obstacles: &[Obstacle], stem: &Polyline) -> Option<Clearance> {
 
 /// As [`clearance`]; `None`, too, where no part of the stem is nearer than `limit_cm`, which is found sooner.
 pub(crate) fn clearance_within(limit_cm: f64, obstacles: &[Obstacle], stem: &Polyline) -> Option<Clearance> {
-    let mut nearest: Option<Clearance> = None;
-    let mut bound = limit_cm + ROUNDING_CM;
-    for pair in stem.0.windows(2) {
-        let (middle, half) = (pair[0].lerp(pair[1], 0.5), 0.5 * pair[0].distance(pair[1]));
+    let places = stem.0.iter().map(|&point| place(point));
+    Some(clearance_of(limit_cm, obstacles, places)).filter(|nearest| nearest.distance_cm < limit_cm)
+}
+
+/// Where stems through `places`, as many as a number has lanes, are nearest to any of `obstacles`. Where no part of a stem is
+/// nearer than `limit_cm`, this is the distance.
+#[inline(always)]
+pub(crate) fn clearance_of<R: Real>(
+    limit_cm: f64,
+    obstacles: &[Obstacle],
+    places: impl IntoIterator<Item = Place<R>>,
+) -> Clearance<R> {
+    let nowhere = [R::splat(0.0); 2];
+    let mut nearest = Clearance { distance_cm: R::splat(limit_cm), stem: nowhere, obstacle: nowhere };
+    let mut places = places.into_iter();
+    let Some(mut from) = places.next() else { return nearest };
+    for to in places {
+        let way = [from, to];
+        let (middle, half) = (between(way, R::splat(0.5)), apart(from, to) * 0.5);
         for obstacle in obstacles {
             // No point of the segment is nearer than its middle by more than half its length.
-            if obstacle.distance(middle) - half > bound {
+            let bound = obstacle.distance_from(middle) - half;
+            if !bound.lt(nearest.distance_cm + ROUNDING_CM).any() {
                 continue;
             }
-            obstacle.for_nearest_of([pair[0], pair[1]], |point| {
-                let distance_cm = obstacle.distance(point);
-                if nearest.is_none_or(|nearest| distance_cm < nearest.distance_cm) {
-                    nearest = Some(Clearance { distance_cm, stem: point, obstacle: obstacle.nearest(point) });
-                    bound = bound.min(distance_cm + ROUNDING_CM);
-                }
-            });
+            let (shares, count) = obstacle.shares_nearest(way);
+            for share in &shares[..count] {
+                // A share that is not a number gives no place, which is never nearer.
+                let share = share.clamp(R::splat(0.0), R::splat(1.0));
+                nearest.look(obstacle, between(way, share));
+            }
+        }
+        from = to;
+    }
+    nearest
+}
+
+impl<R: Real> Clearance<R> {
+    /// Takes a place of the stem where it is nearer.
+    #[inline(always)]
+    fn look(&mut self, obstacle: &Obstacle, at: Place<R>) {
+        let distance_cm = obstacle.distance_from(at);
+        let is_nearer = distance_cm.lt(self.distance_cm);
+        let from = obstacle.nearest(at);
+        self.distance_cm = R::select(is_nearer, distance_cm, self.distance_cm);
+        for axis in 0..2 {
+            self.stem[axis] = R::select(is_nearer, at[axis], self.stem[axis]);
+            self.obstacle[axis] = R::select(is_nearer, from[axis], self.obstacle[axis]);
         }
     }
-    nearest.filter(|nearest| nearest.distance_cm < limit_cm)
 }
 
 #[cfg(test)]
@@ -469,9 +553,7 @@ mod tests {
                 for share in 0..=1000 {
                     let point = pair[0].lerp(pair[1], f64::from(share) / 1000.0);
                     for obstacle in &obstacles {
-                        let is_box = matches!(obstacle, Obstacle::Box { .. });
-                        let error = if is_box { SPACING_CM / 2.0 } else { 1e-9 };
-                        prop_assert!(obstacle.distance(point) > found.distance_cm - error);
+                        prop_assert!(obstacle.distance(point) > found.distance_cm - 1e-9);
                     }
                 }
             }

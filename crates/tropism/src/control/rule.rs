@@ -1,7 +1,5 @@
 //! The greedy rule with foresight: nine numbers say where it aims and what it expects of the plant.
 
-pub(crate) mod lanes;
-
 use serde::{Deserialize, Serialize};
 
 use super::Controller;
@@ -11,8 +9,9 @@ use crate::check::{OutOfRange, ensure};
 use crate::geometry::space::SpacePoint;
 use crate::geometry::{Point, STEM_POINTS};
 use crate::lamps::{Layout, Light};
+use crate::math::Real;
 use crate::observation::Observation;
-use crate::obstacle::{Obstacle, Pole, clearance};
+use crate::obstacle::{Clearance, Obstacle, Pole, clearance};
 use crate::task::Task;
 
 /// Weight of the last shift in its running mean. This and the next constant stood in the first version of the rule; other
@@ -36,28 +35,28 @@ const LIGHT_WEIGHT: f64 = 0.15;
 /// circle is wider.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct PredictiveRule {
+pub struct PredictiveRule<R = f64> {
     /// Height below a target from which the target after it is looked at, in cm, above 0.
-    pub look_ahead_cm: f64,
+    pub look_ahead_cm: R,
     /// Aim beyond the target, as a share of the target's x.
-    pub overshoot: f64,
+    pub overshoot: R,
     /// Aim towards the target after, as a share of the way there, on the next target's height.
-    pub next_target: f64,
+    pub next_target: R,
     /// Aim to the right of it all, in cm: a bias. At 0 the rule is the same in a mirror.
-    pub offset_cm: f64,
+    pub offset_cm: R,
     /// How many steps the mean shift of the tip goes on.
-    pub velocity_steps: f64,
+    pub velocity_steps: R,
     /// How many steps the last shift of the tip goes on.
-    pub shift_steps: f64,
+    pub shift_steps: R,
     /// Shift yet to come if the same lamp was lit for long, in cm.
-    pub light_memory_cm: f64,
+    pub light_memory_cm: R,
     /// Shift yet to come for each cm that the tip is aside.
-    pub lean: f64,
+    pub lean: R,
     /// How far the expected tip must pass the aim before the other lamp is lit, in cm.
-    pub persistence_cm: f64,
+    pub persistence_cm: R,
     /// How it keeps the stem away from obstacles, in a task that has some.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub avoidance: Option<Avoidance>,
+    pub avoidance: Option<Avoidance<R>>,
 }
 
 /// Six more numbers of a [`PredictiveRule`]: they move its aim where the stem comes near an obstacle. At 0 they change
@@ -68,19 +67,19 @@ pub struct PredictiveRule {
 /// `bend (a - b)` further right, with a the x of the tenth and b that of the seventh of ten points of the stem.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Avoidance {
+pub struct Avoidance<R = f64> {
     /// Shift of the way points of the task to the right, in cm.
-    pub way_x_cm: f64,
+    pub way_x_cm: R,
     /// Shift of the way points of the task upwards, in cm.
-    pub way_y_cm: f64,
+    pub way_y_cm: R,
     /// Clearance that is kept without moving the aim, in cm.
-    pub clearance_cm: f64,
+    pub clearance_cm: R,
     /// By how much the aim moves for each cm that the clearance is less, in cm.
-    pub push: f64,
+    pub push: R,
     /// How many steps the mean change of the clearance goes on.
-    pub clearance_steps: f64,
+    pub clearance_steps: R,
     /// Shift yet to come for each cm by which the upper third of the stem leans.
-    pub bend: f64,
+    pub bend: R,
 }
 
 impl Avoidance {
@@ -95,6 +94,24 @@ impl Avoidance {
             ("clearance_steps", self.clearance_steps),
             ("bend", self.bend),
         ]
+    }
+}
+
+impl<R> Avoidance<R> {
+    /// The numbers in the order of [`Self::named`].
+    fn numbers_mut(&mut self) -> [&mut R; 6] {
+        let Self { way_x_cm, way_y_cm, clearance_cm, push, clearance_steps, bend } = self;
+        [way_x_cm, way_y_cm, clearance_cm, push, clearance_steps, bend]
+    }
+}
+
+impl<R> PredictiveRule<R> {
+    /// The nine numbers in the order of [`Self::named`].
+    fn numbers_mut(&mut self) -> [&mut R; 9] {
+        let Self { look_ahead_cm, overshoot, next_target, offset_cm, velocity_steps, shift_steps, .. } = self;
+        let [memory, lean, persistence] =
+            [&mut self.light_memory_cm, &mut self.lean, &mut self.persistence_cm];
+        [look_ahead_cm, overshoot, next_target, offset_cm, velocity_steps, shift_steps, memory, lean, persistence]
     }
 }
 
@@ -162,48 +179,10 @@ impl PredictiveRule {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictiveGreedy {
-    rule: PredictiveRule,
-    way: Vec<SpacePoint>,
+    rules: Rules<f64>,
     obstacles: Vec<Obstacle>,
     pole: Option<Pole>,
     steering: Steering,
-    /// x and z. For a task in the plane the second is not used.
-    axes: [Axis; 2],
-    last_clearance: Option<f64>,
-    /// Running mean of the changes of the clearance, in cm a step.
-    clearance_change: f64,
-}
-
-/// What is remembered of the tip and of the light along one axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Axis {
-    last: Option<f64>,
-    /// Running mean of the shifts, in cm a step.
-    velocity: f64,
-    /// Running mean of the light: -1 to the negative side, 1 to the positive side.
-    light: f64,
-    /// The side of the last light; 0 at first, and where that light was of the other axis.
-    last_side: f64,
-}
-
-impl Axis {
-    /// Where a tip at `at` is expected, in cm.
-    fn expected(&mut self, rule: &PredictiveRule, at: f64) -> f64 {
-        let shift = at - self.last.unwrap_or(at);
-        self.velocity += VELOCITY_WEIGHT * (shift - self.velocity);
-        self.last = Some(at);
-        at * (1.0 + rule.lean)
-            + rule.velocity_steps * self.velocity
-            + rule.shift_steps * shift
-            + rule.light_memory_cm * self.light
-            - rule.persistence_cm * self.last_side
-    }
-
-    /// Remembers the light.
-    fn lit(&mut self, side: f64) {
-        self.last_side = side;
-        self.light += LIGHT_WEIGHT * (side - self.light);
-    }
 }
 
 impl PredictiveGreedy {
@@ -211,92 +190,242 @@ impl PredictiveGreedy {
     /// them and the same rule along x and z.
     #[must_use]
     pub fn new(rule: PredictiveRule, task: &Task, layout: &Layout) -> Self {
-        let targets = &task.targets;
-        let shift = |point: Point| match rule.avoidance {
-            Some(avoidance) if !targets.contains(&point) => {
-                [point.x + avoidance.way_x_cm, point.y + avoidance.way_y_cm, 0.0]
-            }
-            _ => [point.x, point.y, 0.0],
+        let is_in_plane = task.way_in_space().is_none() && task.pole.is_none();
+        let steering = if is_in_plane { Steering::in_plane(layout) } else { Steering::in_space(layout) };
+        let mut rules = Rules::new(task, rule.avoidance.is_some());
+        rules.refill(0, &rule, task);
+        Self { rules, obstacles: task.obstacles.clone(), pole: task.pole, steering }
+    }
+
+    /// Clearance of the seen stem, and by how much its upper third leans.
+    fn stem(&self, seen: &Observation) -> (Option<Clearance>, f64) {
+        let Some(stem) = seen.stem.as_ref().filter(|_| self.rules.rule.avoidance.is_some()) else {
+            return (None, 0.0);
         };
-        let (way, steering) = match task.way_in_space() {
-            Some(way) => (way, Steering::in_space(layout)),
-            None if task.pole.is_some() => (Vec::new(), Steering::in_space(layout)),
-            None => (task.way().into_iter().map(shift).collect(), Steering::in_plane(layout)),
-        };
-        Self {
-            rule,
-            way,
-            obstacles: task.obstacles.clone(),
-            pole: task.pole,
-            steering,
-            axes: [Axis::default(); 2],
-            last_clearance: None,
-            clearance_change: 0.0,
-        }
-    }
-
-    /// By how much the aim moves away from obstacles, and by how much further right the tip is expected for the lean of the
-    /// upper stem, in cm.
-    fn avoid(&mut self, seen: &Observation) -> (f64, f64) {
-        let Some((avoidance, stem)) = self.rule.avoidance.zip(seen.stem.as_ref()) else { return (0.0, 0.0) };
-        let ten = stem.resampled(STEM_POINTS).0;
-        let lean = if ten.len() == STEM_POINTS { avoidance.bend * (ten[9].x - ten[6].x) } else { 0.0 };
-        let Some(nearest) = clearance(&self.obstacles, stem) else { return (0.0, lean) };
-        let change = nearest.distance_cm - self.last_clearance.unwrap_or(nearest.distance_cm);
-        self.last_clearance = Some(nearest.distance_cm);
-        self.clearance_change += VELOCITY_WEIGHT * (change - self.clearance_change);
-        let expected = nearest.distance_cm + avoidance.clearance_steps * self.clearance_change;
-        let away = if nearest.stem.x < nearest.obstacle.x { -1.0 } else { 1.0 };
-        (away * avoidance.push * (avoidance.clearance_cm - expected).max(0.0), lean)
-    }
-
-    /// From where the tip is expected to the point ahead of it on the circle about `pole`, in cm.
-    fn round(&mut self, pole: Pole, seen: &Observation) -> [f64; 2] {
-        let rule = self.rule;
-        let at = [seen.tip.x, seen.depth.as_ref().map_or(0.0, |depth| depth.tip_cm)];
-        let [x, z] = &mut self.axes;
-        let expected = [x.expected(&rule, at[0]), z.expected(&rule, at[1])];
-        round(pole, expected, AHEAD_RAD + rule.overshoot, BESIDE_POLE_CM + rule.offset_cm)
-    }
-
-    /// The lamp of `light` is lit.
-    fn lit(&mut self, light: Light) -> Light {
-        for (axis, side) in self.axes.iter_mut().zip(self.steering.sides(light)) {
-            axis.lit(side);
-        }
-        light
-    }
-
-    /// The x and z at which the tip should be for a height of `y`, in cm; `None` without targets.
-    fn aim(&self, y: f64) -> Option<[f64; 2]> {
-        let rule = &self.rule;
-        let last = self.way.len().checked_sub(1)?;
-        let next = self.way.iter().position(|target| y < target[1]).unwrap_or(last);
-        let (target, after) = (self.way[next], self.way[(next + 1).min(last)]);
-        let nearness = (1.0 - (target[1] - y) / rule.look_ahead_cm).clamp(0.0, 1.0);
-        let approach = rule.next_target * nearness;
-        let aim = |axis: usize, offset: f64| {
-            target[axis] * (1.0 + rule.overshoot) + approach * (after[axis] - target[axis]) + offset
-        };
-        Some([aim(0, rule.offset_cm), aim(2, 0.0)])
+        let ten = if stem.0.len() == STEM_POINTS { stem } else { &stem.resampled(STEM_POINTS) };
+        let lean = if ten.0.len() == STEM_POINTS { ten.0[END].x - ten.0[LOWER].x } else { 0.0 };
+        (clearance(&self.obstacles, stem), lean)
     }
 }
 
 impl Controller for PredictiveGreedy {
     fn decide(&mut self, seen: &Observation) -> Light {
-        if let Some(pole) = self.pole {
-            let way = self.round(pole, seen);
-            return self.lit(self.steering.towards(way));
-        }
-        let (push, bend) = self.avoid(seen);
-        let aim = self.aim(seen.tip.y);
-        let [x, z] = &mut self.axes;
-        let to_right = aim.map(|[aim, _]| aim + push).zip(Some(x.expected(&self.rule, seen.tip.x) + bend));
-        let to_front =
-            aim.zip(seen.depth.as_ref()).map(|([_, aim], depth)| (aim, z.expected(&self.rule, depth.tip_cm)));
-        let way = |there: Option<(f64, f64)>| there.map_or(0.0, |(aim, expected)| aim - expected);
-        self.lit(self.steering.towards([way(to_right), way(to_front)]))
+        let depth_cm = seen.depth.as_ref().map(|depth| depth.tip_cm);
+        let way = if let Some(pole) = self.pole {
+            self.rules.round(pole, [seen.tip.x, depth_cm.unwrap_or(0.0)])
+        } else {
+            let (nearest, lean) = self.stem(seen);
+            let aim = self.rules.aim(seen.tip.y);
+            let x = self.rules.way_x(aim, seen.tip.x, nearest.as_ref(), lean);
+            [x, depth_cm.map_or(0.0, |z| self.rules.way_z(aim, z))]
+        };
+        let light = self.steering.towards(way);
+        self.rules.lit(self.steering.sides(light));
+        light
     }
+}
+
+/// The lower of the two points between which the upper third of ten points of a stem lies, and the upper one.
+pub(crate) const LOWER: usize = 6;
+pub(crate) const END: usize = STEM_POINTS - 1;
+
+/// The rules of as many plants as a number has lanes, and what they remember.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Rules<R> {
+    rule: PredictiveRule<R>,
+    /// From the lowest point on; round a pole there is none.
+    way: Vec<[R; 3]>,
+    /// Along x and z; in the plane the second is not used.
+    axes: [Axis<R>; 2],
+    /// In cm; not a number at first.
+    last_clearance: R,
+    /// Running mean of the changes of the clearance, in cm a step.
+    clearance_change: R,
+}
+
+/// What is remembered of the tip and of the light along one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Axis<R> {
+    /// Where the tip was, in cm; not a number at first.
+    last: R,
+    /// Running mean of the shifts, in cm a step.
+    velocity: R,
+    /// Running mean of the light: -1 to the negative side, 1 to the positive side.
+    light: R,
+    /// The side of the last light; 0 at first, and where that light was of the other axis.
+    last_side: R,
+}
+
+impl<R: Real> Axis<R> {
+    fn at_rest() -> Self {
+        let nothing = R::splat(0.0);
+        Self { last: R::splat(f64::NAN), velocity: nothing, light: nothing, last_side: nothing }
+    }
+
+    fn refill(&mut self, lane: usize) {
+        self.last.set_lane(lane, f64::NAN);
+        for memory in [&mut self.velocity, &mut self.light, &mut self.last_side] {
+            memory.set_lane(lane, 0.0);
+        }
+    }
+
+    /// Where a tip at `at` is expected, in cm.
+    #[inline(always)]
+    fn expected(&mut self, rule: &PredictiveRule<R>, at: R) -> R {
+        let shift = R::select(self.last.eq(self.last), at - self.last, R::splat(0.0));
+        self.velocity += (shift - self.velocity) * VELOCITY_WEIGHT;
+        self.last = at;
+        at * (rule.lean + 1.0)
+            + rule.velocity_steps * self.velocity
+            + rule.shift_steps * shift
+            + rule.light_memory_cm * self.light
+            - rule.persistence_cm * self.last_side
+    }
+}
+
+impl<R: Real> Rules<R> {
+    /// Room for rules on the way of `task`, which may keep away from its obstacles.
+    pub(crate) fn new(task: &Task, avoids: bool) -> Self {
+        let nothing = R::splat(0.0);
+        let avoidance = Avoidance {
+            way_x_cm: nothing,
+            way_y_cm: nothing,
+            clearance_cm: nothing,
+            push: nothing,
+            clearance_steps: nothing,
+            bend: nothing,
+        };
+        let rule = PredictiveRule {
+            look_ahead_cm: R::splat(1.0),
+            overshoot: nothing,
+            next_target: nothing,
+            offset_cm: nothing,
+            velocity_steps: nothing,
+            shift_steps: nothing,
+            light_memory_cm: nothing,
+            lean: nothing,
+            persistence_cm: nothing,
+            avoidance: avoids.then_some(avoidance),
+        };
+        Self {
+            rule,
+            way: vec![[nothing; 3]; way_of(task, None).len()],
+            axes: [Axis::at_rest(); 2],
+            last_clearance: R::splat(f64::NAN),
+            clearance_change: nothing,
+        }
+    }
+
+    /// Puts a rule at rest into a lane; `false` if only one of them keeps away from obstacles.
+    pub(crate) fn refill(&mut self, lane: usize, rule: &PredictiveRule, task: &Task) -> bool {
+        if rule.avoidance.is_some() != self.rule.avoidance.is_some() {
+            return false;
+        }
+        let avoidance = self.rule.avoidance.iter_mut().flat_map(Avoidance::numbers_mut);
+        for (number, (_, value)) in avoidance.zip(rule.avoidance.iter().flat_map(Avoidance::named)) {
+            number.set_lane(lane, value);
+        }
+        for (number, (_, value)) in self.rule.numbers_mut().into_iter().zip(rule.named()) {
+            number.set_lane(lane, value);
+        }
+        for (place, axes) in self.way.iter_mut().zip(way_of(task, rule.avoidance)) {
+            place.iter_mut().zip(axes).for_each(|(axis, value)| axis.set_lane(lane, value));
+        }
+        self.axes.iter_mut().for_each(|axis| axis.refill(lane));
+        self.last_clearance.set_lane(lane, f64::NAN);
+        self.clearance_change.set_lane(lane, 0.0);
+        true
+    }
+
+    /// x and z at which the tips should be at a height of `y`, in cm; `None` without a way.
+    #[inline(always)]
+    pub(crate) fn aim(&self, y: R) -> Option<[R; 2]> {
+        let (rule, last) = (&self.rule, self.way.len().checked_sub(1)?);
+        let (mut target, mut after) = (self.way[last], self.way[last]);
+        for place in (0..last).rev() {
+            let is_below = y.lt(self.way[place][1]);
+            for axis in 0..3 {
+                target[axis] = R::select(is_below, self.way[place][axis], target[axis]);
+                after[axis] = R::select(is_below, self.way[place + 1][axis], after[axis]);
+            }
+        }
+        let nearness = -((target[1] - y) / rule.look_ahead_cm) + 1.0;
+        let approach = rule.next_target * nearness.clamp(R::splat(0.0), R::splat(1.0));
+        let [x, z] = [0, 2]
+            .map(|axis| target[axis] * (rule.overshoot + 1.0) + approach * (after[axis] - target[axis]));
+        Some([x + rule.offset_cm, z])
+    }
+
+    /// From where the tips, which are at `x`, are expected to where they should be, in cm. `nearest` is where the stems are nearest
+    /// to obstacles, and `lean` by how much their upper thirds lean to the right.
+    #[inline(always)]
+    pub(crate) fn way_x(
+        &mut self,
+        aim: Option<[R; 2]>,
+        x: R,
+        nearest: Option<&Clearance<R>>,
+        lean: R,
+    ) -> R {
+        let (mut push, mut bend) = (R::splat(0.0), R::splat(0.0));
+        if let Some(avoidance) = self.rule.avoidance {
+            bend = avoidance.bend * lean;
+            push = nearest.map_or(push, |nearest| self.push(&avoidance, nearest));
+        }
+        let expected = self.axes[0].expected(&self.rule, x);
+        aim.map_or(R::splat(0.0), |[aim, _]| (aim + push) - (expected + bend))
+    }
+
+    /// By how much the aims move away from obstacles, in cm.
+    #[inline(always)]
+    fn push(&mut self, avoidance: &Avoidance<R>, nearest: &Clearance<R>) -> R {
+        let (last, distance) = (self.last_clearance, nearest.distance_cm);
+        let change = R::select(last.eq(last), distance - last, R::splat(0.0));
+        self.last_clearance = distance;
+        self.clearance_change += (change - self.clearance_change) * VELOCITY_WEIGHT;
+        let expected = distance + avoidance.clearance_steps * self.clearance_change;
+        let is_left = nearest.stem[0].lt(nearest.obstacle[0]);
+        let away = R::select(is_left, R::splat(-1.0), R::splat(1.0));
+        away * avoidance.push * (avoidance.clearance_cm - expected).max(R::splat(0.0))
+    }
+
+    /// Remembers on which sides the lit lamps are: -1, 0 or 1 along each axis.
+    #[inline(always)]
+    pub(crate) fn lit(&mut self, sides: [R; 2]) {
+        for (axis, side) in self.axes.iter_mut().zip(sides) {
+            axis.last_side = side;
+            axis.light += (side - axis.light) * LIGHT_WEIGHT;
+        }
+    }
+}
+
+impl Rules<f64> {
+    /// From where the tip is expected to where it should be along z, in cm.
+    fn way_z(&mut self, aim: Option<[f64; 2]>, z: f64) -> f64 {
+        let expected = self.axes[1].expected(&self.rule, z);
+        aim.map_or(0.0, |[_, aim]| aim - expected)
+    }
+
+    /// From where the tip, which is at (x, z), is expected to the point ahead of it on the circle about `pole`, in cm.
+    fn round(&mut self, pole: Pole, at: [f64; 2]) -> [f64; 2] {
+        let rule = self.rule;
+        let [x, z] = &mut self.axes;
+        let expected = [x.expected(&rule, at[0]), z.expected(&rule, at[1])];
+        round(pole, expected, AHEAD_RAD + rule.overshoot, BESIDE_POLE_CM + rule.offset_cm)
+    }
+}
+
+/// The way of a task, with its way points shifted; round a pole there is none.
+fn way_of(task: &Task, avoidance: Option<Avoidance>) -> Vec<SpacePoint> {
+    if task.pole.is_some() {
+        return Vec::new();
+    }
+    let shift = |point: Point| match avoidance {
+        Some(avoidance) if !task.targets.contains(&point) => {
+            [point.x + avoidance.way_x_cm, point.y + avoidance.way_y_cm, 0.0]
+        }
+        _ => [point.x, point.y, 0.0],
+    };
+    task.way_in_space().unwrap_or_else(|| task.way().into_iter().map(shift).collect())
 }
 
 #[cfg(test)]

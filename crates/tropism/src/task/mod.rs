@@ -15,7 +15,7 @@ mod random_targets;
 mod shape;
 mod space;
 mod spiral;
-mod targets;
+pub(crate) mod targets;
 
 use core::any::Any;
 use core::fmt::Debug;

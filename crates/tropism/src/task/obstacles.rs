@@ -6,7 +6,7 @@
 use super::{Crossing, Past, Score, Task};
 use crate::check::{OutOfRange, ensure};
 use crate::geometry::Point;
-use crate::math;
+use crate::math::{self, Mask, Real};
 use crate::observation::Observation;
 use crate::obstacle::{Obstacle, clearance_within};
 use crate::track::Track;
@@ -56,41 +56,56 @@ impl Task {
     /// is seen.
     #[must_use]
     pub fn gap_cm(&self, seen: &Observation) -> f64 {
-        self.gap_below(f64::INFINITY, seen)
+        self.distance_within(f64::INFINITY, seen) - self.stem_radius_cm
     }
 
-    /// The gap if it is below `limit_cm`, else infinite.
-    fn gap_below(&self, limit_cm: f64, seen: &Observation) -> f64 {
-        let limit_cm = limit_cm + self.stem_radius_cm;
+    /// Distance of the midline of the stem from the obstacles if it is below `limit_cm`, else infinite, in cm.
+    fn distance_within(&self, limit_cm: f64, seen: &Observation) -> f64 {
         let nearest = seen.stem.as_ref().and_then(|stem| clearance_within(limit_cm, &self.obstacles, stem));
-        nearest.map_or(f64::INFINITY, |nearest| nearest.distance_cm - self.stem_radius_cm)
+        nearest.map_or(f64::INFINITY, |nearest| nearest.distance_cm)
     }
 
-    /// What a step costs in which the midline of the stem came from one distance from the obstacles to another, in cm.
+    /// Distance of the midline from an obstacle below which the stem touches it, in cm.
+    fn touch_cm(&self) -> f64 {
+        TOUCH_CM + self.stem_radius_cm
+    }
+
+    /// What a step costs in which the midlines of stems came from one distance from the obstacles to another, in cm.
     #[inline(always)]
-    pub(crate) fn cost_of_distances(&self, was_cm: f64, now_cm: f64) -> f64 {
-        let gap = |distance_cm: f64| {
-            let gap = distance_cm - self.stem_radius_cm;
-            if distance_cm < TOUCH_CM + self.stem_radius_cm { gap } else { f64::INFINITY }
+    pub(crate) fn contact_cost<R: Real>(&self, was_cm: R, now_cm: R) -> R {
+        let [touch, nothing] = [self.touch_cm(), 0.0].map(R::splat);
+        let depth = |distance_cm: R| {
+            let depth = -(distance_cm - self.stem_radius_cm) - DENT_CM;
+            R::select(distance_cm.lt(touch), depth.max(nothing), nothing)
         };
-        let (was, now) = (gap(was_cm), gap(now_cm));
-        if now < TOUCH_CM { contact_cost(was, now) } else { 0.0 }
+        let onset = R::select(was_cm.lt(touch), nothing, R::splat(CONTACT_COST));
+        let deeper = (depth(now_cm) - depth(was_cm)).max(nothing);
+        R::select(now_cm.lt(touch), onset + STEP_COST + deeper * DEPTH_COST_PER_CM, nothing)
     }
 
-    /// `worth`, and what a target is worth that the tip passes for the first time `at` a place; it was `highest_cm` high before.
-    pub(crate) fn add_target(&self, worth: f64, target: Point, highest_cm: f64, at: Point) -> f64 {
-        if !(highest_cm < target.y && at.y >= target.y) {
-            return worth;
+    /// What the targets are worth that tips pass for the first time `at` a place; they were `highest_cm` high before.
+    #[inline(always)]
+    pub(crate) fn worth_of_targets<R: Real>(&self, highest_cm: R, at: [R; 2]) -> R {
+        let mut worth = R::splat(0.0);
+        for target in &self.targets {
+            let height = R::splat(target.y);
+            let is_passed = highest_cm.lt(height) & at[1].ge(height);
+            if !is_passed.any() {
+                continue;
+            }
+            let distance = math::hypot(at[0] - target.x, at[1] - target.y);
+            let missed = (distance - FREE_SHARE * self.reach_cm).max(R::splat(0.0));
+            let is_reached = distance.le(R::splat(self.reach_cm));
+            let reached = R::select(is_reached, R::splat(TARGET_WORTH), R::splat(0.0));
+            worth = R::select(is_passed, worth - missed + reached, worth);
         }
-        let distance = at.distance(target);
-        worth - (distance - FREE_SHARE * self.reach_cm).max(0.0)
-            + if distance <= self.reach_cm { TARGET_WORTH } else { 0.0 }
+        worth
     }
 
     /// Whether the stem touches an obstacle: with a gap below 0.05 cm.
     #[must_use]
     pub fn touches(&self, seen: &Observation) -> bool {
-        self.gap_below(TOUCH_CM, seen) < TOUCH_CM
+        self.distance_within(self.touch_cm(), seen).is_finite()
     }
 
     /// Steps at which the stem of a track touches an obstacle.
@@ -100,23 +115,16 @@ impl Task {
     }
 }
 
-/// What a step costs at whose end the stem touches an obstacle, by the gap before it and at its end, in cm.
-#[inline(always)]
-fn contact_cost(was: f64, gap: f64) -> f64 {
-    let onset = if was < TOUCH_CM { 0.0 } else { CONTACT_COST };
-    let depth = |gap: f64| (-gap - DENT_CM).max(0.0);
-    let deeper = depth(gap) - depth(was);
-    onset + STEP_COST + DEPTH_COST_PER_CM * deeper.max(0.0)
-}
-
 impl Score for Obstacles {
     /// A target within reach is worth 2, once; beyond that each cm costs 1. Each contact costs 2, each step of it 0.02, and each
     /// cm that the stem goes deeper into an obstacle 3, which only a model does.
     fn step_fitness(&self, task: &Task, past: &Past, after: &Observation) -> f64 {
-        let add = |worth, target: &Point| task.add_target(worth, *target, past.highest_cm, after.tip);
-        let worth = task.targets.iter().fold(0.0, add);
-        let gap = task.gap_below(TOUCH_CM, after);
-        if gap < TOUCH_CM { worth - contact_cost(task.gap_below(TOUCH_CM, &past.latest), gap) } else { worth }
+        let worth = task.worth_of_targets(past.highest_cm, after.tip.into());
+        let distance_cm = |seen| task.distance_within(task.touch_cm(), seen);
+        let now_cm = distance_cm(after);
+        // Most stems touch nothing, and then it does not matter where they were.
+        let was_cm = if now_cm.is_finite() { distance_cm(&past.latest) } else { now_cm };
+        worth - task.contact_cost(was_cm, now_cm)
     }
 
     fn best(&self, task: &Task, first: &Observation) -> Option<f64> {

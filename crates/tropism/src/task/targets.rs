@@ -2,6 +2,7 @@
 
 use super::{Past, Score, Task};
 use crate::geometry::Point;
+use crate::math::Real;
 use crate::observation::Observation;
 
 /// Targets that the tip is to visit, from the lowest to the highest (section 2.3.1).
@@ -16,6 +17,21 @@ impl Default for Task {
     }
 }
 
+/// Eq. (9) of a step from one x of the tip to another, of as many plants as a number has lanes. `highest_cm` is the greatest height
+/// of the tip so far.
+#[inline(always)]
+pub(crate) fn step_fitness<R: Real>(targets: &[Point], highest_cm: R, from_x: R, to_x: R) -> R {
+    let shift = to_x - from_x;
+    let mut fitness = R::splat(0.0);
+    for target in targets.iter().rev() {
+        let x = R::splat(target.x);
+        let beyond = R::select(to_x.gt(x), -shift, shift.abs());
+        let towards = R::select(to_x.lt(x), shift, beyond);
+        fitness = R::select(highest_cm.lt(R::splat(target.y)), towards, fitness);
+    }
+    fitness
+}
+
 impl Score for Targets {
     /// The discrete fitness f of one step, in cm, eq. (9): movement towards the next target counts, movement away from it
     /// counts against.
@@ -23,17 +39,8 @@ impl Score for Targets {
     /// The next target is the lowest one above all heights that the tip has had so far. In the paper, whose tips rise, that is
     /// the set T_i of eq. (9); a tip that sinks below a target's height again is not paid for the same way twice.
     fn step_fitness(&self, task: &Task, past: &Past, after: &Observation) -> f64 {
-        let (before, after) = (past.latest.tip, after.tip);
-        let height = past.highest_cm.max(after.y);
-        let Some(target) = task.targets.iter().find(|target| height < target.y) else { return 0.0 };
-        let shift = after.x - before.x;
-        if after.x < target.x {
-            shift
-        } else if after.x > target.x {
-            -shift
-        } else {
-            shift.abs()
-        }
+        let highest_cm = past.highest_cm.max(after.tip.y);
+        step_fitness(&task.targets, highest_cm, past.latest.tip.x, after.tip.x)
     }
 
     /// The way in x that the tip needs to visit all targets, in cm (section 2.3.2): 15 for the paper's task.

@@ -1,19 +1,22 @@
 //! Predictive rules on many plants of the stem model at once.
 
-#![allow(clippy::needless_range_loop, reason = "a lane is an index into many arrays at once")]
-
-use crate::control::rule::lanes::Rules;
+use crate::control::rule::{END, LOWER, Rules};
 use crate::control::{PredictiveGreedy, PredictiveRule};
-use crate::geometry::{Point, STEM_POINTS};
-use crate::math::lanes::{LANES, Row};
-use crate::math::{Lanes, Mask};
-use crate::obstacle::lanes::{ClearanceRow, PointRow, are_known, clearance_of};
+use crate::math::{Lanes, Mask, Real};
+use crate::obstacle::{Clearance, clearance_of};
 use crate::plant::PlantModel;
 use crate::plant::stem::{PlaneModel, Stems};
 use crate::random::{NoiseStream, Purpose};
 use crate::simd::{Kernel, dispatch};
 use crate::simulation::{Episode, cautious_fitness_of};
+use crate::task::targets::step_fitness;
 use crate::task::{Obstacles, Targets, Task};
+
+/// Plants side by side. Chosen: two vectors of AVX2, one of AVX-512.
+const LANES: usize = 8;
+
+/// One number for each plant.
+type Wide = Lanes<LANES>;
 
 /// The fitness of each episode's rule on `model`, in order: what [`cautious_fitness_of`] gives, to the bit. `None` for a task that
 /// has no form in lanes.
@@ -26,8 +29,7 @@ pub(in crate::simulation) fn fitness_of_rules(
 ) -> Option<Vec<f64>> {
     // The hot loop is not generic: so it is compiled here, and not in each crate that searches.
     let is_eq_9 = task.has_score::<Targets>();
-    let has_lanes =
-        is_eq_9 && task.obstacles.is_empty() || task.has_score::<Obstacles>() && are_known(&task.obstacles);
+    let has_lanes = is_eq_9 && task.obstacles.is_empty() || task.has_score::<Obstacles>();
     has_lanes.then(|| fitness_in_lanes(model, LaneTask { task, is_eq_9 }, beyond_cost_cm, episodes))
 }
 
@@ -41,11 +43,12 @@ fn fitness_in_lanes(
     let (start, layout) = (task.start, model.layout());
     let mut batch = Batch {
         stems: Stems::new(model, start, NoiseStream::new(0, Purpose::Trial, [0; 3])),
-        rules: Rules::new(task.way().len(), layout),
-        highest: [start.y; LANES],
+        rules: Rules::new(task, !task.obstacles.is_empty()),
+        sides: [false, true].map(|is_right| layout.side(layout.towards(is_right))),
+        highest_cm: Wide::splat(start.y),
         nearest: None,
         beyond_cost_cm,
-        fitness: [0.0; LANES],
+        fitness: Wide::splat(0.0),
         steps: [0; LANES],
         numbers: [None; LANES],
     };
@@ -55,12 +58,14 @@ fn fitness_in_lanes(
         for lane in 0..LANES {
             while batch.is_over(task, lane) {
                 if let Some(number) = batch.numbers[lane].take() {
-                    fitness[number] = batch.fitness[lane];
+                    fitness[number] = batch.fitness.lane(lane);
                 }
                 let Some(Episode { controller, noise }) = episodes.next() else { break };
-                if batch.rules.refill(lane, controller, task, layout) {
+                if batch.rules.refill(lane, &controller, task) {
                     batch.stems.refill(lane, start, noise);
-                    (batch.fitness[lane], batch.steps[lane], batch.highest[lane]) = (0.0, 0, start.y);
+                    batch.fitness.set_lane(lane, 0.0);
+                    batch.highest_cm.set_lane(lane, start.y);
+                    batch.steps[lane] = 0;
                     batch.numbers[lane] = Some(fitness.len());
                     fitness.push(0.0);
                 } else {
@@ -87,118 +92,75 @@ struct LaneTask<'t> {
 
 /// Plants, each with its rule. A plant without a number is done and grows on.
 struct Batch<'m> {
-    stems: Stems<'m, 1, Lanes<LANES>>,
-    rules: Rules,
+    stems: Stems<'m, 1, Wide>,
+    rules: Rules<Wide>,
+    /// The side of the left and of the right lamp, as the model knows it.
+    sides: [f64; 2],
     /// Greatest height of each tip so far, in cm.
-    highest: Row,
+    highest_cm: Wide,
     /// Where each stem is nearest to an obstacle.
-    nearest: Option<ClearanceRow>,
+    nearest: Option<Clearance<Wide>>,
     /// What each step beyond the data of the model costs, in cm.
     beyond_cost_cm: f64,
-    fitness: Row,
+    fitness: Wide,
     steps: [u32; LANES],
     /// Number of the episode in each lane.
     numbers: [Option<usize>; LANES],
 }
 
 impl Batch<'_> {
-    /// The tip of each plant, in cm.
+    /// x and y of the tip of each plant, in cm.
     #[inline(always)]
-    fn tips(&self) -> PointRow {
+    fn tips(&self) -> [Wide; 2] {
         let tip = &self.stems.body.tip;
-        [tip.aside[0].0, tip.up.0]
-    }
-
-    /// Ten points of the stem of each plant, from the base up, in cm.
-    #[inline(always)]
-    fn points(&self) -> [PointRow; STEM_POINTS] {
-        let mut points = [[[0.0; LANES]; 2]; STEM_POINTS];
-        for point in 0..STEM_POINTS {
-            let place = &self.stems.body.stem[point];
-            points[point] = [place.aside[0].0, place.up.0];
-        }
-        points
+        [tip.aside[0], tip.up]
     }
 
     /// Whether the experiment of a lane is over, or there is none.
     fn is_over(&self, task: &Task, lane: usize) -> bool {
-        let is_high = self.tips()[1][lane] >= task.end_height_cm;
+        let is_high = self.tips()[1].lane(lane) >= task.end_height_cm;
         let is_over = is_high || self.steps[lane] >= task.max_steps;
         is_over || self.numbers[lane].is_none()
+    }
+
+    /// Finds where each stem is nearest to an obstacle.
+    #[inline(always)]
+    fn look_at_obstacles(&mut self, task: &Task) {
+        if !task.obstacles.is_empty() {
+            let points = self.stems.body.stem.iter().map(|point| [point.aside[0], point.up]);
+            self.nearest = Some(clearance_of(f64::INFINITY, &task.obstacles, points));
+        }
     }
 
     /// One step of every plant.
     #[inline(always)]
     fn step(&mut self, LaneTask { task, is_eq_9 }: LaneTask<'_>) {
-        let sides = self.rules.decide(&self.tips(), &self.points(), self.nearest.as_ref());
-        let before = self.tips();
-        self.stems.step([[Lanes(sides)]]);
-        let heights = self.tips()[1];
-        let was_highest = self.highest;
-        for lane in 0..LANES {
-            self.highest[lane] =
-                if heights[lane] > was_highest[lane] { heights[lane] } else { was_highest[lane] };
-        }
-        if is_eq_9 {
-            self.count_targets(task, &before);
+        let (before, stem) = (self.tips(), &self.stems.body.stem);
+        let lean = stem[END].aside[0] - stem[LOWER].aside[0];
+        let aim = self.rules.aim(before[1]);
+        let is_right =
+            self.rules.way_x(aim, before[0], self.nearest.as_ref(), lean).gt(Wide::splat(0.0));
+        // Where the rule remembers a lamp, right is 1 and left -1, wherever the lamps stand.
+        self.rules.lit([Wide::select(is_right, Wide::splat(1.0), Wide::splat(-1.0)), Wide::splat(0.0)]);
+        let [left, right] = self.sides.map(Wide::splat);
+        self.stems.step([[Wide::select(is_right, right, left)]]);
+
+        let (after, was_highest) = (self.tips(), self.highest_cm);
+        self.highest_cm = was_highest.max(after[1]);
+        let was_nearest = self.nearest;
+        self.look_at_obstacles(task);
+        let worth = if is_eq_9 {
+            step_fitness(&task.targets, self.highest_cm, before[0], after[0])
         } else {
-            self.count_obstacles(task, &was_highest);
-        }
-        let beyond = self.stems.is_beyond_data();
-        for lane in 0..LANES {
-            self.fitness[lane] -= if beyond.lane(lane) { self.beyond_cost_cm } else { 0.0 };
-        }
-    }
-
-    /// Eq. (9).
-    #[inline(always)]
-    fn count_targets(&mut self, task: &Task, [before, _]: &PointRow) {
-        let [x, _] = self.tips();
-        let (mut target, mut counts) = ([0.0; LANES], [0.0; LANES]);
-        for next in task.targets.iter().rev() {
-            for lane in 0..LANES {
-                let is_below = self.highest[lane] < next.y;
-                target[lane] = if is_below { next.x } else { target[lane] };
-                counts[lane] = if is_below { 1.0 } else { counts[lane] };
+            let worth = task.worth_of_targets(was_highest, after);
+            match (was_nearest, self.nearest) {
+                (Some(was), Some(now)) => worth - task.contact_cost(was.distance_cm, now.distance_cm),
+                _ => worth,
             }
-        }
-        for lane in 0..LANES {
-            let shift = x[lane] - before[lane];
-            let beyond = if x[lane] > target[lane] { -shift } else { shift.abs() };
-            let worth = if x[lane] < target[lane] { shift } else { beyond };
-            self.fitness[lane] += if counts[lane] > 0.0 { worth } else { 0.0 };
-        }
-    }
-
-    /// What the tip reached, and what the stem touched.
-    #[inline(always)]
-    fn count_obstacles(&mut self, task: &Task, was_highest: &Row) {
-        let was = self.nearest.take();
-        if !task.obstacles.is_empty() {
-            self.nearest = Some(clearance_of(&task.obstacles, &self.points()));
-        }
-        let mut worth = [0.0; LANES];
-        let [x, y] = self.tips();
-        for target in &task.targets {
-            let mut is_any_there = false;
-            for lane in 0..LANES {
-                is_any_there |= (was_highest[lane] < target.y) & (y[lane] >= target.y);
-            }
-            if is_any_there {
-                for lane in 0..LANES {
-                    let at = Point::new(x[lane], y[lane]);
-                    worth[lane] = task.add_target(worth[lane], *target, was_highest[lane], at);
-                }
-            }
-        }
-        if let Some((was, now)) = was.zip(self.nearest.as_ref()) {
-            for lane in 0..LANES {
-                worth[lane] -= task.cost_of_distances(was.distance_cm[lane], now.distance_cm[lane]);
-            }
-        }
-        for lane in 0..LANES {
-            self.fitness[lane] += worth[lane];
-        }
+        };
+        let (beyond, nothing) = (Wide::splat(self.beyond_cost_cm), Wide::splat(0.0));
+        self.fitness += worth;
+        self.fitness -= Wide::select(self.stems.is_beyond_data(), beyond, nothing);
     }
 }
 
@@ -214,18 +176,16 @@ impl Kernel for UntilOneIsOver<'_, '_> {
     #[inline(always)]
     fn run(self) {
         let Self { batch, task: of_lanes } = self;
-        let Task { obstacles, end_height_cm, max_steps, .. } = of_lanes.task;
+        let task = of_lanes.task;
         // New seedlings stand where the last step left other plants.
-        if !obstacles.is_empty() {
-            batch.nearest = Some(clearance_of(obstacles, &batch.points()));
-        }
+        batch.look_at_obstacles(task);
         loop {
             batch.step(of_lanes);
+            let is_high = batch.tips()[1].ge(Wide::splat(task.end_height_cm));
             let mut is_any_over = false;
             for lane in 0..LANES {
                 batch.steps[lane] = batch.steps[lane].wrapping_add(1);
-                let is_high = batch.tips()[1][lane] >= *end_height_cm;
-                let is_over = is_high | (batch.steps[lane] >= *max_steps);
+                let is_over = is_high.lane(lane) | (batch.steps[lane] >= task.max_steps);
                 is_any_over |= is_over & batch.numbers[lane].is_some();
             }
             if is_any_over {

@@ -231,7 +231,10 @@ impl StereoPair {
         let pairs = (0..).zip(side.0.windows(2));
         let found = pairs.filter_map(|(vertex, pair)| {
             let pair = [pair[0], pair[1]];
-            let share = share_crossing(pair, [a, b]).filter(|share| (0.0..=1.0).contains(share))?;
+            let share = share_crossing(pair.map(<[f64; 2]>::from), [a, b]);
+            if !(0.0..=1.0).contains(&share) {
+                return None;
+            }
             Some((f64::from(vertex) + share, pair[0].lerp(pair[1], share)))
         });
         found.collect()
