@@ -77,7 +77,6 @@ impl Survey {
     /// Writes the journal at `path` anew from the history, and keeps what was there aside. At no moment is it there in part.
     pub(super) fn write(&self, path: &Path, durability: Durability) -> Result<(), JournalError> {
         let restored = path.with_extension("restored.sqlite");
-        let sibling = |path: &Path, ending: &str| PathBuf::from(format!("{}{ending}", path.display()));
         for ending in ENDINGS {
             let _ = fs::remove_file(sibling(&restored, ending));
         }
@@ -92,6 +91,13 @@ impl Survey {
         }
         fs::rename(&restored, path).map_err(|source| JournalError::Restore { path: restored, source })
     }
+}
+
+/// One of SQLite's own files beside the database at `path`.
+fn sibling(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(ending);
+    name.into()
 }
 
 /// How many entries of a source came after `history`, and cannot be read.
@@ -117,13 +123,18 @@ fn read_links(path: &Path) -> Result<(Vec<Option<Link>>, Option<String>), Journa
 
 fn try_read_links(path: &Path, links: &mut Vec<Option<Link>>) -> Result<(), JournalError> {
     let db = open_read_only(path)?;
-    match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
-        SCHEMA => {}
+    let schema = db.query_row("PRAGMA user_version", [], |row| row.get(0));
+    // A journal has a log from the beginning. Beside what else SQLite writes before, a program was killed that made one.
+    let is_torn = sibling(path, "-journal").exists();
+    match schema {
+        Ok(SCHEMA) => {}
+        Ok(0) | Err(_) if is_torn => return Ok(()),
+        Err(error) => return Err(error.into()),
         // An empty file: nothing was written to it yet, or it was lost.
-        0 if db.query_row("SELECT 1 FROM sqlite_master", [], |_| Ok(())).optional()?.is_none() => {
+        Ok(0) if db.query_row("SELECT 1 FROM sqlite_master", [], |_| Ok(())).optional()?.is_none() => {
             return Ok(());
         }
-        other => return Err(JournalError::Schema(other)),
+        Ok(other) => return Err(JournalError::Schema(other)),
     }
     let mut statement = db.prepare("SELECT id, text, digest FROM entry ORDER BY id")?;
     let mut rows = statement.query([])?;

@@ -251,7 +251,8 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
             "{} show the very same picture in different files: the camera may hang; start it again",
             plural(steps + 1, "photograph")
         );
-        self.report(EventKind::Camera, text)
+        // A person should look: nothing of the plant is seen any more.
+        self.report(EventKind::Lost, text)
     }
 
     /// Reports problems of the host computer when they begin and when they are over.
