@@ -115,7 +115,7 @@ fn start_plugs(devices: &Arc<Devices>, port: u16) {
             if devices.hang.load(Ordering::SeqCst) {
                 continue;
             }
-            let topic = String::from_utf8_lossy(&command.topic).into_owned();
+            let topic = String::from_utf8_lossy(&command.topic);
             let name = topic.split('/').nth(1).unwrap();
             let is_on = *command.payload == *b"ON";
             devices.states.lock().unwrap().insert(name.to_owned(), json!({"on": is_on}));
