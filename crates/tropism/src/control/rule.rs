@@ -111,7 +111,17 @@ impl<R> PredictiveRule<R> {
         let Self { look_ahead_cm, overshoot, next_target, offset_cm, velocity_steps, shift_steps, .. } = self;
         let [memory, lean, persistence] =
             [&mut self.light_memory_cm, &mut self.lean, &mut self.persistence_cm];
-        [look_ahead_cm, overshoot, next_target, offset_cm, velocity_steps, shift_steps, memory, lean, persistence]
+        [
+            look_ahead_cm,
+            overshoot,
+            next_target,
+            offset_cm,
+            velocity_steps,
+            shift_steps,
+            memory,
+            lean,
+            persistence,
+        ]
     }
 }
 
@@ -359,13 +369,7 @@ impl<R: Real> Rules<R> {
     /// From where the tips, which are at `x`, are expected to where they should be, in cm. `nearest` is where the stems are nearest
     /// to obstacles, and `lean` by how much their upper thirds lean to the right.
     #[inline(always)]
-    pub(crate) fn way_x(
-        &mut self,
-        aim: Option<[R; 2]>,
-        x: R,
-        nearest: Option<&Clearance<R>>,
-        lean: R,
-    ) -> R {
+    pub(crate) fn way_x(&mut self, aim: Option<[R; 2]>, x: R, nearest: Option<&Clearance<R>>, lean: R) -> R {
         let (mut push, mut bend) = (R::splat(0.0), R::splat(0.0));
         if let Some(avoidance) = self.rule.avoidance {
             bend = avoidance.bend * lean;

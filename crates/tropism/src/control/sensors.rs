@@ -311,7 +311,8 @@ impl SensorState {
         let Some(nearest) = nearest.filter(|nearest| nearest.distance_cm < FAR_CM) else {
             return [FAR_CM, 0.0];
         };
-        let towards = math::vector::normalize_or(math::vector::sub(nearest.obstacle, nearest.stem), [0.0, 1.0]);
+        let towards =
+            math::vector::normalize_or(math::vector::sub(nearest.obstacle, nearest.stem), [0.0, 1.0]);
         [nearest.distance_cm, towards[0]]
     }
 

@@ -138,8 +138,7 @@ impl Batch<'_> {
         let (before, stem) = (self.tips(), &self.stems.body.stem);
         let lean = stem[END].aside[0] - stem[LOWER].aside[0];
         let aim = self.rules.aim(before[1]);
-        let is_right =
-            self.rules.way_x(aim, before[0], self.nearest.as_ref(), lean).gt(Wide::splat(0.0));
+        let is_right = self.rules.way_x(aim, before[0], self.nearest.as_ref(), lean).gt(Wide::splat(0.0));
         // Where the rule remembers a lamp, right is 1 and left -1, wherever the lamps stand.
         self.rules.lit([Wide::select(is_right, Wide::splat(1.0), Wide::splat(-1.0)), Wide::splat(0.0)]);
         let [left, right] = self.sides.map(Wide::splat);
