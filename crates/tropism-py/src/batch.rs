@@ -3,7 +3,6 @@
 //! Plants stand in shards, which work on threads of their own; no number depends on that. An episode that is over begins anew at
 //! the next step, whose action is then ignored (Gymnasium's next-step autoreset).
 
-
 use numpy::ndarray::{Array1, Array2};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1};
 use pyo3::prelude::*;

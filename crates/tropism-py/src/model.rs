@@ -27,7 +27,8 @@ impl Model {
     fn fitted(tracks: &[&tropism::track::Track], kind: &str, is_virtual: bool) -> PyResult<Self> {
         let names: Vec<&str> = ModelKind::all().map(ModelKind::name).collect();
         let refuse = || refused(format!("found kind {kind:?}, wanted {}", names.join(", ")));
-        let model = ModelKind::named(kind).ok_or_else(refuse)?.fit(tracks, &TipModelConfig::default(), is_virtual);
+        let model =
+            ModelKind::named(kind).ok_or_else(refuse)?.fit(tracks, &TipModelConfig::default(), is_virtual);
         model.map(Self).map_err(refused)
     }
 }

@@ -210,3 +210,182 @@ impl Score for PythonScore {
         })
     }
 }
+
+/// A plant model in Python: a subclass of `tropism.loop.PlantModel`.
+pub(crate) struct PythonModel {
+    object: Py<PyAny>,
+    layout: Layout,
+    period_min: f64,
+    trouble: Trouble,
+}
+
+impl PythonModel {
+    pub(crate) fn of(value: &Bound<'_, PyAny>, layout: Layout, trouble: &Trouble) -> PyResult<Self> {
+        let period_min = value.getattr("period_min")?.extract()?;
+        Ok(Self { object: value.clone().unbind(), layout, period_min, trouble: trouble.clone() })
+    }
+}
+
+impl PlantModel for PythonModel {
+    type Plant = Arc<Py<PyAny>>;
+
+    fn seedling(&self, start: Point, noise: &mut StepNoise) -> Self::Plant {
+        Python::attach(|py| {
+            let arguments = ((start.x, start.y), Noise(noise.clone()));
+            let plant = self.object.bind(py).call_method1("seedling", arguments).map(Bound::unbind);
+            Arc::new(self.trouble.value_or(plant, py.None()))
+        })
+    }
+
+    fn step(&self, plant: &mut Self::Plant, light: Light, noise: &mut StepNoise) {
+        if self.trouble.is_there() {
+            return;
+        }
+        Python::attach(|py| {
+            let arguments = (plant.bind(py), light.index(), Noise(noise.clone()));
+            let call = || {
+                let next = self.object.bind(py).call_method1("step", arguments)?;
+                if next.is_none() {
+                    return Err(refused("found None from step, wanted the plant after the step"));
+                }
+                Ok(Arc::new(next.unbind()))
+            };
+            *plant = self.trouble.value_or(call(), plant.clone());
+        });
+    }
+
+    fn observe(&self, plant: &Self::Plant) -> Observation {
+        let nothing = Observation::simulated(Point::new(0.0, 0.0));
+        if self.trouble.is_there() {
+            return nothing;
+        }
+        Python::attach(|py| {
+            let call = || observation_of(&self.object.bind(py).call_method1("observe", (plant.bind(py),))?);
+            self.trouble.value_or(call(), nothing)
+        })
+    }
+
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    fn period_min(&self) -> f64 {
+        self.period_min
+    }
+}
+
+impl BatchModel for PythonModel {}
+
+/// A controller in Python: a subclass of `tropism.loop.Controller`.
+pub(crate) struct PythonController {
+    object: Py<PyAny>,
+    layout: Layout,
+    trouble: Trouble,
+}
+
+impl PythonController {
+    pub(crate) fn of(value: &Bound<'_, PyAny>, layout: &Layout, trouble: &Trouble) -> Self {
+        Self { object: value.clone().unbind(), layout: layout.clone(), trouble: trouble.clone() }
+    }
+}
+
+impl Controller for PythonController {
+    fn decide(&mut self, seen: &Observation) -> Light {
+        if self.trouble.is_there() {
+            return Light::LEFT;
+        }
+        Python::attach(|py| {
+            let call = || {
+                let light = self.object.bind(py).call_method1("decide", (PyObservation(seen.clone()),))?;
+                light_of(&light, &self.layout)
+            };
+            self.trouble.value_or(call(), Light::LEFT)
+        })
+    }
+
+    fn miss(&mut self, steps: u32) {
+        Python::attach(|py| {
+            let answer = self.object.bind(py).call_method1("miss", (steps,)).map(|_| ());
+            self.trouble.value_or(answer, ());
+        });
+    }
+}
+
+/// A device in Python; its methods are those of the base class in `tropism.loop`.
+pub(crate) struct Device {
+    pub(crate) object: Py<PyAny>,
+    pub(crate) layout: Rc<Layout>,
+    pub(crate) trouble: Trouble,
+    /// The time at which the clock stands, in s.
+    pub(crate) now_s: Rc<RefCell<f64>>,
+}
+
+impl Device {
+    fn failed(&self, what: &str, error: PyErr) -> RigError {
+        let problem = error.to_string();
+        self.trouble.keep(error);
+        RigError::Device { device: what.to_owned(), problem }
+    }
+}
+
+impl Camera for Device {
+    fn photograph(&mut self) -> Result<Photo, RigError> {
+        let call = |py: Python<'_>| {
+            let bytes = self.object.bind(py).call_method0("photograph")?;
+            bytes.cast::<PyBytes>().map(|bytes| bytes.as_bytes().to_vec()).map_err(PyErr::from)
+        };
+        let bytes = Python::attach(call).map_err(|error| self.failed("camera", error))?;
+        Ok(Photo { name: String::new(), bytes, time_s: *self.now_s.borrow() })
+    }
+
+    fn can_repeat(&self) -> bool {
+        let call = |py: Python<'_>| self.object.bind(py).call_method0("can_repeat")?.is_truthy();
+        self.trouble.value_or(Python::attach(call), false)
+    }
+}
+
+impl Lamps for Device {
+    fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
+        let name = light.map(|light| self.layout.name(Some(light)));
+        let call = |py: Python<'_>| self.object.bind(py).call_method1("light", (name,)).map(|_| ());
+        Python::attach(call).map_err(|error| self.failed("lamps", error))
+    }
+}
+
+impl Flash for Device {
+    fn flash(&mut self, is_on: bool) -> Result<(), RigError> {
+        let call = |py: Python<'_>| self.object.bind(py).call_method1("flash", (is_on,)).map(|_| ());
+        Python::attach(call).map_err(|error| self.failed("flash", error))
+    }
+}
+
+impl Clock for Device {
+    fn wait_until(
+        &mut self,
+        since_start: Duration,
+        _meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        *self.now_s.borrow_mut() = since_start.as_secs_f64();
+        Python::attach(|py| {
+            let answer = self.object.bind(py).call_method1("wait_until", (since_start.as_secs_f64(),));
+            self.trouble.value_or(answer.map(|_| ()), ());
+            self.trouble.flow(py)
+        })
+    }
+}
+
+/// The rows of a stem, or NaN where there is none: (rows, 2 points).
+pub(crate) fn stems<'py>(
+    py: Python<'py>,
+    stems: &[Option<&Polyline>],
+    points: usize,
+) -> Bound<'py, numpy::PyArray3<f64>> {
+    let mut array = numpy::ndarray::Array3::from_elem((stems.len(), points, 2), f64::NAN);
+    for (row, stem) in stems.iter().enumerate() {
+        for (place, point) in stem.iter().flat_map(|stem| &stem.0).take(points).enumerate() {
+            array[[row, place, 0]] = point.x;
+            array[[row, place, 1]] = point.y;
+        }
+    }
+    array.into_pyarray(py)
+}

@@ -18,25 +18,26 @@ fn config() -> EvolutionConfig {
 
 fn evolved(seed: u64) -> Vec<EvolutionRun> {
     let model = FourWay::default();
-    let evolution = Evolution::new(&model, &lean(), config(), seed).unwrap();
+    let task = lean();
+    let evolution = Evolution::new(&model, &task, config(), seed).unwrap();
     evolution.evolve(&|_run, _generation| ControlFlow::Continue(())).unwrap().expect("never broken off")
 }
 
 #[test]
 fn a_champion_of_an_outside_model_steers_with_four_lamps() {
-    let model = FourWay::default();
+    let (model, task) = (FourWay::default(), lean());
     let runs = evolved(1);
-    let evolution = Evolution::new(&model, &lean(), config(), 1).unwrap();
+    let evolution = Evolution::new(&model, &task, config(), 1).unwrap();
     let choice = evolution.choose(&runs, std::slice::from_ref(&model), 20);
     let (genome, _) = runs[choice.run].champion().unwrap();
     let champion = Champion::of_model(genome.clone(), &sensors(), &model, "an outside model");
     let champion = Champion::from_json(&champion.to_json()).unwrap();
     assert_eq!(champion.layout.name(Some(Light::new(3).unwrap())), "south");
 
-    let track = simulate(&model, &mut champion.controller(&lean()).unwrap(), &lean(), 5);
+    let track = simulate(&model, &mut champion.controller(&task).unwrap(), &task, 5);
     assert_eq!((track.period_min, track.layout.len()), (10.0, 4));
     assert!(track.samples.iter().all(|sample| sample.stem.is_some()));
-    assert!(lean().fitness(&track) > 2.0, "fitness {}", lean().fitness(&track));
+    assert!(task.fitness(&track) > 2.0, "fitness {}", task.fitness(&track));
     let again = Track::read_csv_of(track.to_csv().as_slice(), model.layout()).unwrap();
     assert_eq!(again.samples.len(), track.samples.len());
 }
@@ -45,8 +46,8 @@ fn a_champion_of_an_outside_model_steers_with_four_lamps() {
 fn the_same_seed_gives_the_same_bits_and_a_run_resumes() {
     let texts = |runs: &[EvolutionRun]| runs.iter().map(EvolutionRun::to_json).collect::<Vec<_>>();
     assert_eq!(texts(&evolved(3)), texts(&evolved(3)));
-    let model = FourWay::default();
-    let evolution = Evolution::new(&model, &lean(), config(), 3).unwrap();
+    let (model, task) = (FourWay::default(), lean());
+    let evolution = Evolution::new(&model, &task, config(), 3).unwrap();
     let mut run = evolution.begin(1).unwrap();
     for _ in 0..10 {
         evolution.advance(&mut run);
