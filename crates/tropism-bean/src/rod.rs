@@ -43,6 +43,9 @@ const PRIMORDIUM_CM: f64 = 0.6;
 /// Distance from the apex at which the stem has its full radius, in cm. Chosen by hand.
 const TAPER_CM: f64 = 15.0;
 
+/// dyn/cm^2 in one MPa.
+const MEGAPASCAL: f64 = 1e7;
+
 /// Values that act on all segments alike during a tick.
 #[derive(Clone, Debug)]
 pub(super) struct Forcing {

@@ -314,8 +314,6 @@ fn folders_that_are_taken() {
     assert_eq!(tropism(folder.path(), &["export", "r", "--out", "exported"]).0, 0);
     fails(&folder, &["status", "absent"], &["absent: found no such folder or file, wanted a folder that"]);
     fails(&folder, &["status", "exported"], &["exported: found no journal", "exports"]);
-    fs::write(folder.path().join("e/run-00.json"), "{").unwrap();
-    fails(&folder, &[&evolve[..], &["--resume"]].concat(), &["run-00.json"]);
     fails(&folder, &["report", "photos", "--out", "report.html"], &["photos: found no run.toml"]);
 }
 

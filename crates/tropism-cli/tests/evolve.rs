@@ -128,7 +128,7 @@ fn a_terminated_evolution_saves_and_says_how_to_go_on() {
 }
 
 #[test]
-fn a_broken_checkpoint_is_refused_by_name_and_the_one_before_it_used() {
+fn a_broken_checkpoint_is_named_and_the_one_before_it_used_or_the_run_begun_anew() {
     let folder = folder();
     finished(&mut evolve(folder.path(), "whole", &[]));
     finished(&mut evolve(folder.path(), "broken", &[]));
@@ -148,13 +148,15 @@ fn a_broken_checkpoint_is_refused_by_name_and_the_one_before_it_used() {
         assert!(line.contains(&last), "{notes}");
         assert_same(folder.path(), "whole", "broken");
     }
-    // With nothing left to go on from, nothing is made up.
+    // With nothing left to go on from, the run begins anew, and what was there is kept.
     fs::write(&file, "{").unwrap();
     fs::write(folder.path().join("broken/run-01.previous.json"), "{").unwrap();
-    let output = evolve(folder.path(), "broken", &["--resume"]).output().unwrap();
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(message.contains("error: broken/run-01.json: not a saved run"), "{message}");
+    let output = finished(&mut evolve(folder.path(), "broken", &["--resume"]));
+    let notes = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(notes.contains("broken/run-01.json: not a saved run"), "{notes}");
+    assert!(notes.contains("run 1 begins anew"), "{notes}");
+    assert_same(folder.path(), "whole", "broken");
+    assert!(folder.path().join("broken/run-01.broken.json").exists());
 }
 
 #[test]

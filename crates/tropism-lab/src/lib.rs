@@ -37,6 +37,7 @@ mod recorder;
 mod error;
 pub mod monitor;
 pub mod workflow;
+mod reach;
 pub mod model;
 pub mod planner;
 pub mod controller;

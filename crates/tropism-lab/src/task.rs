@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use tropism::task::Task;
-use tropism_bean::Species;
 
 use crate::controller::ControllerSpec;
 use crate::run::RunConfig;
-use crate::{Error, Monitor, files};
+use crate::{Error, files};
 
 /// Reads the task of a task file, of a champion or a rule, or of a run folder.
 ///
@@ -44,14 +43,6 @@ pub(crate) fn check_goal(task: &Task) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Plan("`task`: found no targets, wanted a task with targets to reach".to_owned()))
-}
-
-/// Notes each target and the farthest point of a form that virtual beans of `species` do not get to. It is no error: other
-/// plants may get there, and what is near counts too.
-pub(crate) fn note_out_of_reach(task: &Task, species: &Species, monitor: &dyn Monitor) {
-    for reason in species.out_of_reach(task) {
-        monitor.note(&format!("out of reach of four virtual plants ({}): {reason}", species.name));
-    }
 }
 
 /// Whether two tasks are the same but for the most steps that they may take.

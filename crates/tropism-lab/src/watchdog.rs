@@ -9,7 +9,7 @@
 //! of the run may fail, and its folder may be moved or deleted. Time is counted in waits of its own: a computer or container
 //! that was frozen, run and watchdog alike, has not been silent.
 
-use std::io::{self, Read, Write};
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -62,15 +62,11 @@ pub struct WatchdogPlan {
 }
 
 impl WatchdogPlan {
-    fn read(input: &mut impl Read) -> Result<Self, Error> {
+    fn read(input: &mut impl BufRead) -> Result<Self, Error> {
         let mut text = Vec::new();
-        // To the byte: what follows is for the thread that listens.
-        for byte in input.bytes() {
-            match byte.map_err(Error::at("plan of the watchdog"))? {
-                0 => break,
-                byte => text.push(byte),
-            }
-        }
+        // What follows is for the thread that listens.
+        input.read_until(0, &mut text).map_err(Error::at("plan of the watchdog"))?;
+        text.pop_if(|last| *last == 0);
         toml::from_slice(&text).map_err(Error::at("plan of the watchdog"))
     }
 }
@@ -94,10 +90,11 @@ enum RunEnd {
 /// # Errors
 /// [`Error::At`] if the plan cannot be read.
 pub fn watch(
-    mut input: impl Read + Send + 'static,
+    input: impl Read + Send + 'static,
     answers: impl Write,
     log: impl Write + Send + 'static,
 ) -> Result<(), Error> {
+    let mut input = BufReader::new(input);
     let mut plan = WatchdogPlan::read(&mut input)?;
     let log = Log::start(log);
     if let Some(broker) = &mut plan.rig.mqtt {

@@ -76,6 +76,7 @@ impl Request<'_> {
 pub(crate) fn in_plain_words(error: &str) -> String {
     let reason = [
         ("UnknownIssuer", "nobody whom this computer trusts has signed it (it may be self-signed)"),
+        ("BadSignature", "nobody whom this computer trusts has signed it, but somebody of the same name"),
         ("SelfSigned", "it is self-signed"),
         ("CaUsedAsEndEntity", "it is self-signed"),
         ("Expired", "it has expired, or the clock of this computer is wrong"),

@@ -518,7 +518,8 @@ mod tests {
         };
         assert!(reason(Task::open_loop(1000)).is_some_and(|why| why.contains("nothing to reach")));
         assert!(reason(Task::spiral()).is_some_and(|why| why.contains("in space")));
-        assert_eq!([reason(Task::default()), reason(Task::shape())], [None; 2]);
+        let bow = Task { radius_cm: Some(7.0), ..Task::shape() };
+        assert_eq!([reason(Task::default()), reason(bow)], [None, None]);
     }
 
     #[test]

@@ -23,12 +23,22 @@ pub const STEM_POINTS: usize = 10;
 /// assert_eq!(tip.mirrored(), Point::new(-3.0, 4.0));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(from = "[f64; 2]", into = "[f64; 2]")]
+#[serde(try_from = "Vec<f64>", into = "[f64; 2]")]
 pub struct Point {
     /// cm to the right of the root.
     pub x: f64,
     /// cm above the soil.
     pub y: f64,
+}
+
+/// By a list of any length: what a file holds beside two coordinates is no point.
+impl TryFrom<Vec<f64>> for Point {
+    type Error = String;
+
+    fn try_from(found: Vec<f64>) -> Result<Self, String> {
+        let two = <[f64; 2]>::try_from(found);
+        two.map(Self::from).map_err(|found| format!("invalid length {}, wanted [x, y] in cm", found.len()))
+    }
 }
 
 impl Point {

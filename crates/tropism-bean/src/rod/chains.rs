@@ -19,6 +19,7 @@ use tropism::math::{self, Mask, Real};
 use tropism::random::NoiseStream;
 use tropism::simd::{Kernel, dispatch};
 
+use super::MEGAPASCAL;
 use super::contact::Chain;
 use super::rotation::Rotation;
 use super::{Forcing, Rod, Segment, TAPER_CM};
@@ -36,8 +37,6 @@ const GROWTH_EDGE_CM: f64 = 1.0;
 const DENSITY: f64 = 0.95;
 /// Gravitational acceleration, in cm/s^2.
 const GRAVITY: f64 = 981.0;
-/// dyn/cm^2 in one MPa.
-pub(super) const MEGAPASCAL: f64 = 1e7;
 /// Distance between the wall and the midline of a stem that touches it, in cm. Chosen by hand.
 const TOUCH_CM: f64 = 0.5;
 /// Stiffness of the contact with the wall, in dyn per cm and segment. Chosen by hand.
@@ -662,8 +661,8 @@ impl<R: Real> Row<R> {
             *push_x += own * x;
             *push_y += own * y;
         }
-        for towards in 0..2 {
-            let target = self.relaxing[towards] + self.compliance * moments[towards];
+        for (towards, moment) in moments.into_iter().enumerate() {
+            let target = self.relaxing[towards] + self.compliance * moment;
             let change = held.relaxed_share * (target - self.curvature[towards]);
             self.relaxing[towards] = change;
             self.curvature[towards] += change;
@@ -702,7 +701,7 @@ impl<R: Real> Kernel for Begin<'_, R> {
         let rate = held.elongation / weight;
         let mut above = zero;
         for (number, row) in rows[..*most].iter_mut().enumerate().rev() {
-            row.elongation = row.elongation * rate;
+            row.elongation *= rate;
             let length = row.length + row.elongation * held.half_tick;
             row.from_apex = above + length * 0.5;
             above += length;

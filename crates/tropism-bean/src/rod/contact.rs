@@ -16,7 +16,7 @@ use tropism::math::vector::{Vec3, add, cross, dot, norm, normalize_or, scale, su
 use tropism::obstacle::Solid;
 use tropism::simd::{Kernel, dispatch};
 
-use super::chains::MEGAPASCAL;
+use super::MEGAPASCAL;
 use super::{MAX_SEGMENT_CM, MAX_SEGMENTS, radius};
 use crate::solid;
 use crate::{ContactPoint, Individual};

@@ -28,9 +28,10 @@ pub(crate) use self::record::champion_path;
 pub(crate) use self::status::status;
 pub use self::status::{EvolutionStatus, RunProgress};
 use crate::model::Model;
+use crate::reach::note_out_of_reach;
 use crate::sequences;
 use crate::stopwatch::{Stopwatch, timed};
-use crate::task::{check_goal, note_out_of_reach};
+use crate::task::check_goal;
 use crate::{Error, Monitor, Workflow, champion, files, model};
 
 /// Default of [`EvolvePlan::trial_plants`]: the standard error of a mean over 200 plants is 0.07 standard deviations.

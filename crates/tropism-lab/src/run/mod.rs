@@ -4,10 +4,10 @@
 //! and the folder. A run that was interrupted by an end, a kill or a power cut is executed again with the same plan and ends
 //! with the same bits as without the interruption.
 
+pub(crate) mod watchdog;
 mod alerts;
 mod config;
 mod start;
-pub(crate) mod watchdog;
 
 use std::ops::{ControlFlow, RangeInclusive};
 use std::path::{Path, PathBuf};
@@ -257,7 +257,7 @@ impl Workflow for RunPlan {
             unreachable!("an error returned above");
         }
         if let Some(greenhouse) = &self.config.rig.greenhouse {
-            crate::task::note_out_of_reach(&self.config.task, &greenhouse.bean, monitor);
+            crate::reach::note_out_of_reach(&self.config.task, &greenhouse.bean, monitor);
         }
         let max_steps = u64::from(self.config.task.max_steps);
         monitor.stage("run", max_steps);

@@ -210,7 +210,7 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use tropism::control::Periodic;
+    use tropism::control::{Controller, Periodic};
     use tropism::environment::unwatched;
     use tropism::task::Task;
     use tropism_bean::{Species, Trial};
@@ -239,13 +239,18 @@ mod tests {
         let species = Species::default();
         let trial = Trial::new(&species);
         let task = task();
-        let mut found = search(&trial.specimen(4), &task, &|| true).unwrap();
-        assert_eq!(search(&trial.specimen(4), &task, &|| true).as_ref(), Some(&found));
-        assert_eq!(search(&trial.specimen(4), &task, &|| false), None);
-        let found = task.fitness(&trial.grow(4, &mut found, &task, &mut unwatched));
-        let mut chase = Greedy::new(&task, &trial.layout);
-        let chased = task.fitness(&trial.grow(4, &mut chase, &task, &mut unwatched));
-        assert!(found > chased, "{found} against {chased}");
+        let fitness_of = |seed, controller: &mut dyn Controller| {
+            task.fitness(&trial.grow(seed, controller, &task, &mut unwatched))
+        };
+        let mut gains = Vec::new();
+        for seed in 4..8 {
+            let mut found = search(&trial.specimen(seed), &task, &|| true).unwrap();
+            assert_eq!(search(&trial.specimen(seed), &task, &|| true).as_ref(), Some(&found));
+            assert_eq!(search(&trial.specimen(seed), &task, &|| false), None);
+            let greedy = fitness_of(seed, &mut Greedy::new(&task, &trial.layout));
+            gains.push(fitness_of(seed, &mut found) - greedy);
+        }
+        assert!(gains.iter().all(|gain| *gain >= 0.0) && gains.iter().any(|gain| *gain > 0.0), "{gains:?}");
     }
 
     #[test]

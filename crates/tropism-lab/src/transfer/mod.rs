@@ -37,9 +37,10 @@ pub use self::status::{SteeredPlants, TransferStatus};
 use crate::controller::ControllerSpec;
 use crate::lock::{FolderLock, lock};
 use crate::model::{self, Model};
+use crate::reach::note_out_of_reach;
 use crate::sequences;
 pub use crate::statistics::PairedDifference;
-use crate::task::{check_goal, note_out_of_reach};
+use crate::task::check_goal;
 use crate::workflow::{check_same, other_settings};
 use crate::{Error, Monitor, Workflow, files};
 

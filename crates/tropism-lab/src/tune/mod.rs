@@ -23,8 +23,9 @@ use tropism_bean::tent::Greenhouse;
 use self::saved::SavedSearch;
 pub use self::status::TuneStatus;
 pub(crate) use self::status::status;
+use crate::reach::note_out_of_reach;
 use crate::stopwatch::Stopwatch;
-use crate::task::{check_goal, note_out_of_reach};
+use crate::task::check_goal;
 use crate::{Error, Monitor, Workflow, files, model, sequences};
 
 /// Plants that grow side by side in a thread: some milliseconds of work.

@@ -3,11 +3,11 @@
 //! In: the bytes of a JPEG, PNG or TIFF file. Out: an [`Image`], upright, or a [`LazyImage`] that decodes only the regions
 //! that are asked for. Half a file is an error here, not a half-grey image.
 
+mod name_order;
 mod timestamp;
 mod exif;
 mod image;
 pub mod jpeg;
-mod name_order;
 mod tiff;
 
 use std::error::Error;

@@ -217,7 +217,7 @@ keys! {
 const MOST_CM: f64 = 1e4;
 
 fn is_near(point: Point) -> bool {
-    point.x.abs().max(point.y.abs()) <= MOST_CM
+    point.x.abs() <= MOST_CM && point.y.abs() <= MOST_CM
 }
 
 fn shown(point: Point) -> String {

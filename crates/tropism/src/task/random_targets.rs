@@ -75,7 +75,7 @@ impl Score for RandomTargets {
     }
 
     fn kind(&self) -> &'static str {
-        "random-targets"
+        "random_targets"
     }
 
     fn keys(&self) -> &'static [&'static str] {
