@@ -102,7 +102,7 @@ fn in_space(seen: Observation, side: Point, stem: &[SpacePoint]) -> Observation 
 /// The highest point of the plant on the detector's grid: the middle of the highest row that shows some of it.
 ///
 /// ```
-/// use tropism_bean::{bean::{Bean, Species}, detector};
+/// use tropism_bean::{Bean, Species, detector};
 /// let bean = Bean::noise_free(Species::default().average());
 /// let tip = detector::highest_point(&bean.pose());
 /// assert!(tip.x.abs() < 0.1 && (tip.y - 4.0).abs() < 0.2);

@@ -960,10 +960,10 @@ static BEHIND_POLE: LazyLock<Series> = LazyLock::new(|| beside_pole(41, 1.0));
 #[test]
 fn a_pole_is_no_plant_and_hides_one() {
     for (z, hides) in [(-2.0, false), (1.0, true)] {
-        let own = beside_pole(if hides { 43 } else { 42 }, z);
-        let plants = if hides { vec![&*BEHIND_POLE, &own] } else { vec![&own] };
+        let own: Vec<Series> = (42..if hides { 46 } else { 43 }).map(|seed| beside_pole(seed, z)).collect();
+        let plants = own.iter().chain(hides.then(|| &*BEHIND_POLE));
         let (mut errors, mut hidden, mut frames) = (Vec::new(), 0, 0);
-        for (seen, top) in plants.iter().flat_map(|plant| plant.frames.iter().zip(&plant.tops)) {
+        for (seen, top) in plants.flat_map(|plant| plant.frames.iter().zip(&plant.tops)) {
             frames += 1;
             hidden += usize::from(seen.status == FrameStatus::Hidden);
             if seen.is_measured() {
