@@ -1,8 +1,9 @@
 """A plant model of your own in PyTorch, an LSTM of the tip: python lstm_model.py [GENERATIONS] (pip install torch)
 
-It is trained on tracks of virtual beans to predict the next shift of the tip from the light, the place and the last shift (Hochreiter
-and Schmidhuber 1997, doi:10.1162/neco.1997.9.8.1735). As a `tropism.loop.PlantModel` it stands wherever a model of the core does:
-networks evolve on it, and the champion steers a bean that neither of them saw. Each track is learnt in a mirror, too (section 2.2.3).
+It is trained on tracks of virtual beans to predict the next shift of the tip from the light, the place and the last shift
+(Hochreiter and Schmidhuber 1997, doi:10.1162/neco.1997.9.8.1735). As a `tropism.loop.PlantModel` it stands wherever a model of
+the core does: networks evolve on it, and the champion steers a bean that neither of them saw. Each track is learnt in a
+mirror, too (section 2.2.3).
 """
 
 import sys
