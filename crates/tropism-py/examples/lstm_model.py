@@ -54,7 +54,9 @@ class LstmModel(PlantModel):
         """Trains on tracks of equal length without gaps."""
         torch.manual_seed(seed)
         tips = np.array([track.tips for track in tracks])
-        sides = np.array([[{"left": -1.0, "right": 1.0}.get(word, 0.0) for word in track.columns()["light"]] for track in tracks])
+        sides = np.array(
+            [[{"left": -1.0, "right": 1.0}.get(word, 0.0) for word in track.columns()["light"]] for track in tracks]
+        )
         tips, sides = np.concatenate([tips, tips * [-1, 1]]), np.concatenate([sides, -sides])
         shifts = np.diff(tips, axis=1)
         seen = torch.from_numpy(inputs(sides[:, 1:-1], tips[:, 1:-1], shifts[:, :-1]))

@@ -110,7 +110,10 @@ def test_an_lstm_is_a_plant_model() -> None:
     from tropism import loop
 
     lstm = example("lstm_model.py")
-    tracks = [loop.grow({"kind": "periodic", "minutes": 180}, {"kind": "open_loop", "max_steps": 200}, seed)[0] for seed in (1, 2)]
+    tracks = [
+        loop.grow({"kind": "periodic", "minutes": 180}, {"kind": "open_loop", "max_steps": 200}, seed)[0]
+        for seed in (1, 2)
+    ]
     model = lstm.LstmModel.fit(tracks, epochs=60)
     track, fitness = loop.simulate(model, task={"max_steps": 100})
     assert len(track) == 101 and np.isfinite(track.tips).all()
