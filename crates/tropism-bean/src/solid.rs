@@ -19,7 +19,7 @@ pub(super) const HALF_SHEET: f64 = 0.05;
 /// Where a stem touches a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactPoint {
-    /// Number of the solid, in the order of [`Bean::among`].
+    /// Number of the solid, in the order of [`Bean::among`](crate::Bean::among).
     pub solid: usize,
     /// The point of the stem's midline, in cm.
     pub at: Vec3,
