@@ -451,7 +451,7 @@ impl<'m, const AXES: usize, R: Real> Stems<'m, AXES, R> {
 mod tests {
     use super::shape::stem_of;
     use super::*;
-    use crate::math::{cos, sin};
+    use crate::math::{cos, hypot, sin};
     use crate::observation::Quality;
 
     /// A growing arc that bends towards the lamp that is lit, which changes every three hours.
@@ -483,7 +483,7 @@ mod tests {
             let again = stem_of(stem[0], modes.tilts(modes.scores(tilts(stem))), modes.length_cm(stem));
             for (point, wanted) in again.iter().zip(stem) {
                 let Place { aside: [x], up } = *point - *wanted;
-                assert!(x.hypot(up) < 0.5, "{point:?} for {wanted:?}");
+                assert!(hypot(x, up) < 0.5, "{point:?} for {wanted:?}");
             }
         }
     }

@@ -258,7 +258,7 @@ impl Modes {
 mod tests {
     use super::*;
     use crate::math::statistics::mean;
-    use crate::math::{cos, sin};
+    use crate::math::{cos, hypot, sin};
     use crate::random::{NoiseStream, Purpose};
 
     #[test]
@@ -304,7 +304,7 @@ mod tests {
         let length_cm = mean(stems.iter().map(|stem| modes.length_cm(stem)));
         let segment = |pair: &[Place<1>]| {
             let part = pair[1] - pair[0];
-            part.aside[0].hypot(part.up)
+            hypot(part.aside[0], part.up)
         };
         let longer = mean(stems.iter().map(|stem| stem.windows(2).map(segment).sum::<f64>()));
         assert!((length_cm - 9.0).abs() < 0.05 && longer > 9.07, "{length_cm} {longer}");
