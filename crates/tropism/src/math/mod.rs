@@ -12,7 +12,6 @@ pub mod matrix;
 pub mod statistics;
 pub mod rank_test;
 pub mod simplex;
-pub mod lanes;
 
 pub use elementary::{atan2, cos, erfc, exp, hypot, ln, logistic, pow, sin, sin_cos, tan, tanh};
 pub use real::{LaneMask, Lanes, Mask, Real};
