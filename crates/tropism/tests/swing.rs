@@ -32,9 +32,9 @@ fn random_controllers_do_as_the_reference() {
     assert!((6.0..=8.0).contains(&found.best), "best {}", found.best);
 }
 
-/// Twelve runs of 200 generations with `config`.
+/// Runs of 200 generations with `config`, three for each of the reference.
 fn runs(model: &TipModel, config: Config) -> Vec<Vec<Generation>> {
-    histories(model, config, 1, 12, 200)
+    histories(model, config, 1, 24, 200)
 }
 
 /// The same with the paper's settings, made once for all tests.
@@ -43,10 +43,11 @@ fn runs_of_the_paper(model: &TipModel) -> &'static [Vec<Generation>] {
     RUNS.get_or_init(|| runs(model, Config::wahby2016()))
 }
 
-/// The least p of all comparisons.
-fn least_p(rows: &[Comparison]) -> f64 {
-    let all = rows.iter().flat_map(|row| [row.p_best_range[1], row.p_links, row.p_species.unwrap_or(1.0)]);
-    all.fold(1.0, f64::min)
+/// The least p of all comparisons, times their number (Bonferroni's correction): below 0.05, some difference is real.
+fn corrected_p(rows: &[Comparison]) -> f64 {
+    let of_row = |row: &Comparison| [Some(row.p_best_range[1]), Some(row.p_links), row.p_species];
+    let all: Vec<f64> = rows.iter().flat_map(of_row).flatten().collect();
+    all.len() as f64 * all.iter().copied().fold(1.0, f64::min)
 }
 
 #[test]
@@ -57,7 +58,7 @@ fn runs_of_200_generations_cannot_be_told_from_the_reference() {
     for (preset, runs) in [(paper, runs_of_the_paper(model)), (ball_keeper, &others)] {
         let rows = compare(preset, runs);
         assert_eq!(rows.iter().map(|row| row.generations).collect::<Vec<_>>(), [50, 100, 200]);
-        assert!(least_p(&rows) > 0.05, "{rows:?}");
+        assert!(corrected_p(&rows) > 0.05, "{rows:?}");
     }
 }
 
@@ -68,10 +69,10 @@ fn runs_of_another_algorithm_can() {
     let paper = Config::wahby2016;
     for (name, config) in [
         ("a fixed threshold", Config { dynamic_compatibility: false, ..paper() }),
-        ("too many splits", Config { mutate_add_neuron_prob: 0.08, ..paper() }),
+        ("too many splits", Config { mutate_add_neuron_prob: 0.15, ..paper() }),
     ] {
         let rows = compare(&TABLE[0], &runs(model, config));
-        assert!(least_p(&rows) < 0.05, "{name}: {rows:?}");
+        assert!(corrected_p(&rows) < 0.05, "{name}: {rows:?}");
     }
 }
 
