@@ -52,7 +52,7 @@ test("behind nginx with TLS, a path prefix and an odd port", { skip: NGINX ? fal
   start(t, cwd, "run", "--rig", "greenhouse", "--controller", "chase", "--out", "bean", "--speed", "300");
   const { child, address } = await studio(t, cwd, 0, "--ask-token", "--host", "plants.example.org");
   const port = await freePort();
-  // As docs/studio.md says, and no more than that.
+  // As docs/how-to/studio-on-a-phone.md says, and no more than that.
   fs.writeFileSync(
     path.join(cwd, "nginx.conf"),
     `daemon off; pid ${cwd}/nginx.pid; error_log ${cwd}/nginx.log; events {}

@@ -1,4 +1,5 @@
-// Measures the page: node measure.js [first] [viewers] [soak]. Prints what docs/studio.md says, with the load of the machine.
+// Measures the page: node measure.js [first] [viewers] [soak]. Prints what docs/validation/studio-speed.md says, with the
+// load of the machine.
 //
 // `first` and `viewers` need a folder of 20 evolutions of 2000 generations, one of them of 20 runs, and a run of 1000
 // photographs that goes on. They make it by the program itself in FOLDER (kept if it is named, made anew otherwise).

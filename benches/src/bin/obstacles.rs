@@ -1,6 +1,6 @@
 //! How well vision sees a plant among obstacles, and whether a task's contacts are those of the plant: the figures of
-//! `docs/beyond.md`, with `--full`, and fewer plants without. With a folder it writes a photograph of each scene, from the
-//! front and from the side.
+//! `docs/validation/vision-obstacles.md`, with `--full`, and fewer plants without. With a folder it writes a photograph of each
+//! scene, from the front and from the side.
 //!
 //! `cargo run --release --manifest-path benches/Cargo.toml --bin obstacles -- [--full] [FOLDER]`
 

@@ -77,7 +77,8 @@ pub struct Bean {
 }
 
 impl Bean {
-    /// Default sub-step of the integration, in s: the coarsest of up to a minute that errs by less than 0.02 cm (docs/virtual-bean.md).
+    /// Default sub-step of the integration, in s: the coarsest of up to a minute that errs by less than 0.02 cm
+    /// (docs/validation/bean-integration.md).
     pub const SUBSTEP_S: f64 = 60.0;
     /// That of a bean among solids, in s. Chosen: so far no stem moves through a contact.
     pub const SUBSTEP_AMONG_SOLIDS_S: f64 = 15.0;
@@ -122,7 +123,7 @@ impl Bean {
 
     /// The same bean among solids, through which its stem does not pass; without this, with the back wall alone.
     ///
-    /// The stem slides on them with friction (coefficient 0.4). Leaves do not touch them. Docs: `docs/virtual-bean.md`.
+    /// The stem slides on them with friction (coefficient 0.4). Leaves do not touch them. Docs: `docs/explanation/contact.md`.
     ///
     /// ```
     /// use tropism::geometry::Point;

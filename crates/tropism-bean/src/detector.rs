@@ -25,7 +25,7 @@ pub const GRID_CM: f64 = 0.08;
 pub const NOISE_SD_CM: f64 = 0.03;
 
 /// Standard deviation of the noise of each point of the stem, in x and in y, in cm. Chosen by hand: the tracker's error at
-/// stems is of this size (`docs/vision.md`).
+/// stems is of this size (`docs/validation/vision-virtual.md`).
 pub const STEM_NOISE_SD_CM: f64 = 0.05;
 
 /// Points on the midline between two nodes of the stem. Chosen by hand: less than a pixel apart.

@@ -80,7 +80,7 @@ fn another_integrator_grows_the_same_plant() {
     }
 }
 
-/// Prints the median error of the tip and of the stem for some sub-steps: the table of `docs/virtual-bean.md`.
+/// Prints the median error of the tip and of the stem for some sub-steps: the table of `docs/validation/bean-integration.md`.
 #[test]
 #[ignore = "prints a table: cargo test --release -p tropism-bean --test bean substep -- --ignored --nocapture"]
 fn errors_of_a_substep() {

@@ -11,7 +11,7 @@
 //! evaluations.
 //!
 //! A run that is not solved within 40 generations seldom is later. It then starts again, at most four times. Its evaluations
-//! and generations count from the first start. `docs/neat.md` has our figures.
+//! and generations count from the first start. `docs/validation/neat-classics.md` has our figures.
 
 mod common;
 

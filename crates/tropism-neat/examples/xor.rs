@@ -4,7 +4,7 @@
 //!
 //! The fitness is the square of 4 minus the sum of the four errors. A network solves the task if all four outputs are on the
 //! right side of one half. Stanley and Miikkulainen (2002, section 4.2) report 4755 evaluations in 32 generations, with 2.35
-//! hidden neurons and 7.48 links, and no failure in 100 runs. `docs/neat.md` has our figures.
+//! hidden neurons and 7.48 links, and no failure in 100 runs. `docs/validation/neat-classics.md` has our figures.
 
 mod common;
 

@@ -1,4 +1,5 @@
-"""Prints how fast the package is: python speed.py [PART...]; docs/python.md and docs/scale.md hold what it printed.
+"""Prints how fast the package is: python speed.py [PART...]; docs/validation/python-speed.md and sweeps-on-a-cluster.md hold
+what it printed.
 
 Parts: import, calls, environments, neat, evolve (beside the command of PROGRAM), interrupt, sweep (needs Ray).
 """

@@ -3,7 +3,8 @@
 Each controller steers the same plants, through the environment's observations alone: random lamps, one lamp that stays lit, the
 paper's periodic lamps, the greedy rule, a network evolved on the tip-motion model, and a rule tuned on the stem model, both of six
 other beans. Its models know the plane of the front camera alone: the rule for targets in space is tuned for them without their
-depth. All plants are virtual. What a search that knows the future reaches is the ceiling of docs/transfer.md.
+depth. All plants are virtual. What a search that knows the future reaches is the clairvoyant optimum of
+docs/explanation/transfer.md.
 """
 
 import statistics

@@ -2,7 +2,7 @@
 //!
 //! The chip is found by its label, or the line by its name: chip numbers change with the kernel. The line is requested for
 //! as long as the rig is open, so that no other program drives it, and is switched off before it is released. After a kill
-//! its state depends on the system, see docs/rig.md.
+//! its state depends on the system, see docs/reference/lamps.md.
 
 use serde::{Deserialize, Serialize};
 use tropism::rig::RigError;

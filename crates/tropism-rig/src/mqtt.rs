@@ -3,7 +3,7 @@
 //! An MQTT client may queue a command while the broker is away, and switch a flash on minutes late. So each command has a
 //! connection of its own: it is published only after the broker has answered, succeeds when the device reports the new
 //! state, and is dropped with its connection at the deadline. A command that the broker delays, or a killed program, is
-//! covered by the timer of the device; see docs/rig.md.
+//! covered by the timer of the device; see docs/reference/lamps.md.
 //!
 //! # References
 //! Tasmota, "MQTT": <https://tasmota.github.io/docs/MQTT/>.

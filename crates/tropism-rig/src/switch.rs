@@ -95,7 +95,7 @@ impl<S: Switch> Lamps for Interlock<S> {
 /// A flash with a time limit.
 ///
 /// A separate thread switches the flash off when the limit has passed, and repeats the command until the device confirms.
-/// The limit holds as long as the process lives; for a killed process, docs/rig.md names the timers of the devices.
+/// The limit holds as long as the process lives; for a killed process, docs/how-to/wire-safely.md names the timers of the devices.
 pub struct BoundedFlash {
     shared: Arc<(Mutex<State>, Condvar)>,
     settle: Duration,

@@ -5,7 +5,7 @@
 //! `tropism stop`, an evolution that a page asks for is the process `tropism evolve ...`. Pages are plain modules and styles
 //! in `assets/`, embedded as they are committed.
 //!
-//! `docs/studio.md` says what is guarded and what is not.
+//! `docs/reference/studio.md` says what is protected and what is not.
 
 mod error;
 mod access;

@@ -47,7 +47,7 @@
 //!
 //! # References
 //! Wahby, Hofstadler, Heinrich, Zahadat and Hamann 2016: *An Evolutionary Robotics Approach to the Control of Plant Growth
-//! and Motion*, doi:10.1109/SASO.2016.8. `docs/paper.md` maps its equations, table and figures to this code.
+//! and Motion*, doi:10.1109/SASO.2016.8. `docs/explanation/paper.md` maps its equations, table and figures to this code.
 
 pub mod check;
 pub mod text;

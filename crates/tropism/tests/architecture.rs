@@ -279,7 +279,7 @@ fn identifiers(folder: &Path, found: &mut BTreeSet<String>) {
 fn items_that_the_page_of_the_paper_names_exist() {
     let mut known = BTreeSet::new();
     identifiers(&workspace().join("crates"), &mut known);
-    let text = fs::read_to_string(workspace().join("docs/paper.md")).unwrap();
+    let text = fs::read_to_string(workspace().join("docs/explanation/paper.md")).unwrap();
     let mut named = 0;
     for item in quoted(&text) {
         let is_name =
@@ -288,7 +288,7 @@ fn items_that_the_page_of_the_paper_names_exist() {
         let is_item = item.split("::").all(is_name) && (item.contains("::") || item.contains('_'));
         if is_item {
             let missing = item.split("::").find(|word| !known.contains(*word));
-            assert!(missing.is_none(), "docs/paper.md names {item}: no {missing:?}");
+            assert!(missing.is_none(), "docs/explanation/paper.md names {item}: no {missing:?}");
             named += 1;
         }
     }

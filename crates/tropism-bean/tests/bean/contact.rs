@@ -12,7 +12,7 @@ use tropism_bean::{Bean, Population, Species, lamp_powers};
 
 use super::{bits, distance, internodal};
 
-/// How deep a stem may dent a solid or be dented by it, in cm, as `docs/virtual-bean.md` states.
+/// How deep a stem may dent a solid or be dented by it, in cm, as `docs/explanation/contact.md` states.
 const DEPTH_CM: f64 = 0.05;
 
 fn point() -> impl Strategy<Value = Point> {

@@ -1,5 +1,5 @@
 //! The noise-free bean once more, by another integrator and another hand: the equations as they are published in
-//! docs/virtual-bean.md, with plain vectors, integrated by the classical Runge-Kutta method of fourth order.
+//! docs/explanation/virtual-bean.md, with plain vectors, integrated by the classical Runge-Kutta method of fourth order.
 
 use std::f64::consts::{PI, TAU};
 

@@ -22,7 +22,7 @@ use crate::shell::Shell;
 /// (nu), motile zone (La), memory of light (tau_p) and period of circumnutation (Tcn); of several plants also their
 /// spread. `prior` is the share of an estimate that is the species' own: near 100 % the track says nothing about the
 /// parameter. The tracks must show both lamps in turn. Half a day gives wide intervals, three days those in
-/// docs/virtual-bean.md. Ctrl-C leaves the estimates of the plants that are done in BEAN.part.toml.
+/// docs/validation/calibration.md. Ctrl-C leaves the estimates of the plants that are done in BEAN.part.toml.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism calibrate tent/1/track.csv tent/2/track.csv --out mine.toml\n  \

@@ -195,7 +195,7 @@ impl<'m> Devices<'m> {
                 findings.fail(
                     Group::Camera,
                     format!("photograph {} ({name}): {error}", self.shots),
-                    "take one by hand with the same settings; docs/rig.md has the camera's keys",
+                    "take one by hand with the same settings; docs/reference/cameras.md has the camera's keys",
                 );
                 Ok(None)
             }

@@ -20,7 +20,8 @@ const STEPS: u64 = 1000;
 /// Factor on the size of all photographs; chosen by hand.
 const MARGIN: f64 = 1.3;
 
-/// Bytes for the journal and its mirror: more than the 31 MB that 83.3 hours write at 9 MB a day (measured, docs/rig.md).
+/// Bytes for the journal and its mirror: more than the 31 MB that 83.3 hours write at 9 MB a day
+/// (measured, docs/validation/cost-of-a-step.md).
 const JOURNAL_BYTES: u64 = 64 << 20;
 
 /// Bytes of a photograph for each pixel, if none was taken; chosen by hand for a JPEG of good quality.

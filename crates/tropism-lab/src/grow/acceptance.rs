@@ -39,7 +39,7 @@ impl Default for AcceptancePlan {
 /// A statistic with its accepted range.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AcceptanceRow {
-    /// Number of the statistic in `docs/virtual-bean.md`; some have several rows.
+    /// Number of the statistic in `docs/validation/bean-statistics.md`; some have several rows.
     pub number: u32,
     /// What was measured, with its unit.
     pub statistic: String,

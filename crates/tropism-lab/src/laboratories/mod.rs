@@ -5,7 +5,7 @@
 //! and plants. Each laboratory grows plants of its own, and makes everything from their tracks alone. All controllers of a
 //! world steer the same unseen plants. Each stage executes the plan of another workflow; one whose file is there is not
 //! repeated. Without recipes the rules by hand alone are judged, and nothing is grown, fitted or searched for beforehand:
-//! that is for tasks that no model knows. `docs/transfer.md` has the protocol.
+//! that is for tasks that no model knows. `docs/how-to/compare-controllers.md` has the protocol.
 
 mod results;
 mod status;

@@ -15,7 +15,7 @@ use super::table::TrackCounts;
 use crate::files;
 
 /// Share of the photographs in which a tip must be measured; chosen by hand. Each fault of the virtual tent, at the rates
-/// of docs/vision.md, leaves 85 % or more.
+/// of docs/validation/vision-virtual.md, leaves 85 % or more.
 const LEAST_MEASURED: f64 = 0.5;
 
 /// Share of the photographs in which a plant may reach an edge of its region, or another plant may touch it; chosen by hand.

@@ -2,8 +2,9 @@
 //!
 //! In: what happened to the tip between two targets, and the drawn parameters and random processes of the plant. Out: one
 //! cause. The idea: a plant that paused or responded unusually for its species is the likely cause of a miss; what lies
-//! within the usual range is none. `docs/transfer.md` states the rules. They look at the plant, never at the controller, so
-//! the same findings are also counted for targets that were reached: without that, a common finding looks like a cause.
+//! within the usual range is none. `docs/explanation/transfer.md` states the rules. They look at the plant, never at the
+//! controller, so the same findings are also counted for targets that were reached: without that, a common finding looks like a
+//! cause.
 
 use serde::{Deserialize, Serialize};
 use tropism::math::statistics::quantile_linear;

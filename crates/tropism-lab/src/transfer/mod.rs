@@ -3,7 +3,7 @@
 //! In: controllers, a virtual tent, the seeds of its plants and a task. Out: the fitness of each controller on each plant,
 //! how near the tip came to each target, likely causes of missed targets, differences between controllers with intervals,
 //! and a report. Each plant under each controller is a unit of work with a file of its own: neither the number of threads nor
-//! an interruption changes a result. `docs/transfer.md` says how to judge fairly.
+//! an interruption changes a result. `docs/how-to/compare-controllers.md` says how to judge fairly.
 
 mod controllers;
 mod ceiling;
@@ -44,7 +44,8 @@ use crate::task::check_goal;
 use crate::workflow::{check_same, other_settings};
 use crate::{Error, Monitor, Workflow, files};
 
-/// Number of plants that a claim on a controller takes (`docs/transfer.md`): the standard error of the mean is then 0.3 cm.
+/// Number of plants that a claim on a controller takes (`docs/how-to/compare-controllers.md`): the standard error of the mean is
+/// then 0.3 cm.
 pub const JUDGING_PLANTS: u32 = 90;
 
 /// The latest plan, in the folder of a comparison: it needs no other file to go on.
@@ -67,7 +68,7 @@ pub struct TransferPlan {
     /// Task of the controllers; it has targets.
     pub task: Task,
     /// Whether each plant has a random sequence of targets of its own, as many as `task` has and as high at most
-    /// (`docs/transfer.md` states the rule).
+    /// (`docs/how-to/draw-a-task.md` states the rule).
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub random_targets: bool,
     /// Species, lamps and tent.

@@ -298,8 +298,8 @@ fn cause_table(results: &TransferResults) -> Table {
     });
     Table {
         title: "Likely causes of missed targets".to_owned(),
-        caption: "Virtual plants. By the rules of docs/transfer.md, which compare the plant with its species in the hours before \
-                  the target. The same findings before targets that were reached show how common they are: a finding that is \
+        caption: "Virtual plants. By the rules of docs/explanation/transfer.md, which compare the plant with its species in the \
+                  hours before the target. The same findings before targets that were reached show how common they are: a finding that is \
                   as frequent there explains nothing. A tip is misread only with photographs, and a model has data only if one \
                   is named."
             .to_owned(),

@@ -173,7 +173,7 @@ class SideCamera:
 class Rig:
     """A tent: its devices, and how its photographs are read.
 
-    `calibration` and `vision` have the keys of docs/formats.md; `vision["crop"]` is the region of the plant, and
+    `calibration` and `vision` have the keys of docs/reference/rig-file.md; `vision["crop"]` is the region of the plant, and
     `vision["obstacles"]` are things in the picture that are no plant. A task in space needs a camera at the `side`.
     """
 
@@ -201,8 +201,8 @@ class _SideOfTent(Camera):
 class Tent:
     """The virtual tent with one bean: camera, lamps, flash and clock, which jumps. Results of it are virtual.
 
-    `greenhouse` has the keys of docs/formats.md: species, variation, scene and faults; `seed` selects the plant. The tent has
-    what the settings of a `task` need: its obstacles, and for targets in space four lamps and a camera at the side.
+    `greenhouse` has the keys of docs/reference/virtual-plants.md: species, variation, scene and faults; `seed` selects the
+    plant. The tent has what the settings of a `task` need: its obstacles, and for targets in space four lamps and a camera at the side.
     """
 
     def __init__(

@@ -337,7 +337,7 @@ class EvolveResults(Results):
 
 
 class RuleResults(Results):
-    """The numbers of a predictive rule, which docs/formats.md describes."""
+    """The numbers of a predictive rule, which docs/reference/controllers.md describes."""
 
     look_ahead_cm: float
     overshoot: float

@@ -2,7 +2,7 @@
 
 Each workflow is a function of keyword arguments, and a dataclass of the same keys: `tropism.evolve(model="model.json")` is
 `tropism.execute(EvolvePlan(model="model.json"))`. What is left out is the paper's. Nested settings, such as
-`evolution={"runs": 4}`, have the keys of the files that docs/formats.md describes; unknown keys are refused by name.
+`evolution={"runs": 4}`, have the keys of the files that docs/reference/files.md describes; unknown keys are refused by name.
 
 Every function takes, beside the keys of its plan, `monitor` (a `Monitor`, or False for none; by default progress is shown if
 tqdm is installed) and `threads` (by default one a core). The interpreter's lock is released. Ctrl-C ends a workflow within

@@ -47,7 +47,7 @@ pub struct PlannerConfig {
 }
 
 impl Default for PlannerConfig {
-    /// Chosen on few plants of laboratory 1 (docs/beyond.md).
+    /// Chosen on few virtual plants (docs/validation/planner.md).
     fn default() -> Self {
         Self {
             plants: 24,

@@ -217,7 +217,7 @@ impl Champion {
         Ok(self.task.as_ref().map_or(Ok(()), Task::check)?)
     }
 
-    /// JSON, schema `tropism.champion/1`; see `docs/formats.md`.
+    /// JSON, schema `tropism.champion/1`; see `docs/reference/controllers.md`.
     #[must_use]
     pub fn to_json(&self) -> String {
         let mut file = serde_json::to_value(self).expect("numbers and text are JSON");

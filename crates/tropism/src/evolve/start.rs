@@ -85,7 +85,8 @@ pub(super) fn offset_input(sensors: &Sensors, neat: &Config) -> Result<usize, St
 /// With a weight of 1 a later link from another input counts in cm per unit of that input, as the numbers of a
 /// [rule](crate::control::PredictiveRule) do. Offsets of at most 2^-54 cm are lost beside the bias.
 ///
-/// All inputs are linked. NEAT from the two links that decide ended lower: it adds links too rarely (`docs/transfer.md`).
+/// All inputs are linked. NEAT from the two links that decide ended lower: it adds links too rarely
+/// (`docs/validation/searches.md`).
 pub(super) fn greedy_genome(
     sensors: &Sensors,
     neat: &Config,

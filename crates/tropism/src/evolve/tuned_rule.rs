@@ -89,7 +89,7 @@ impl TunedRule {
         self.task.as_ref().map_or(Ok(()), Task::check).map_err(|error| error.in_table("task"))
     }
 
-    /// JSON, schema `tropism.rule/1`; see `docs/formats.md`.
+    /// JSON, schema `tropism.rule/1`; see `docs/reference/controllers.md`.
     #[must_use]
     pub fn to_json(&self) -> String {
         let mut file = serde_json::to_value(self).expect("numbers and text are JSON");

@@ -28,7 +28,7 @@ pub trait FittedModel: Send + Sync {
     where
         Self: Sized;
 
-    /// Readable JSON with all data; see `docs/formats.md`.
+    /// Readable JSON with all data; see `docs/reference/models.md`.
     fn to_json(&self) -> String;
 
     /// The same model, labelled as made of virtual plants or not. Results of evolution carry the label.

@@ -22,7 +22,7 @@ const STEP_COST: f64 = 0.02;
 const DEPTH_COST_PER_CM: f64 = 3.0;
 
 /// Gap below which a stem touches, in cm: the stem of a plant that leans on an obstacle is seen beside it, and may be thicker
-/// than the task says. Chosen by measurement (docs/beyond.md).
+/// than the task says. Chosen by measurement (docs/validation/vision-obstacles.md).
 const TOUCH_CM: f64 = 0.05;
 
 /// Depth that costs nothing, in cm. A stem that leans on an obstacle for hours is seen now a little deeper in it and now less,

@@ -25,7 +25,7 @@ use crate::shell::Shell;
 /// The units of work are independent: on a cluster each of them can be executed alone by --unit, on any machine that shares
 /// DIR and in any order. The sweep then finds them finished and prints the table. --engine ray leaves that to a Ray cluster,
 /// and needs Python with tropism and Ray. --out takes an fsspec address, such as s3://bucket/sweep, in place of a folder, with
-/// either engine, and needs Python with tropism and fsspec (docs/scale.md).
+/// either engine, and needs Python with tropism and fsspec (docs/how-to/use-many-machines.md).
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism sweep studies/sweep.toml --model model.json --out sweep\n  \

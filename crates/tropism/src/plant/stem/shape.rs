@@ -21,7 +21,7 @@ pub(crate) const SEGMENTS: usize = STEM_POINTS - 1;
 
 /// Principal components that are kept. Two hold nearly all of how virtual beans bend; the third is hardly more than the errors
 /// of the points. Three components of the displacements of the points, which errors do not fill, gave worse rules
-/// (docs/beyond.md). A fourth one changed the predicted fitness by less than 0.1 cm.
+/// (docs/validation/obstacles.md). A fourth one changed the predicted fitness by less than 0.1 cm.
 pub const MODES: usize = 3;
 
 /// One number for each principal component.

@@ -5,7 +5,7 @@
 //! farther than a leaf hangs, or where a tall part is joined to the foot along the soil only.
 //!
 //! The constants were chosen by hand on photographs of the bean's first half into which a second bean was drawn
-//! (`docs/vision.md`).
+//! (`docs/validation/vision-real.md`).
 
 use crate::math::statistics::quantile_nearest;
 use crate::vision::detect::connected_components::BoundingBox;

@@ -6,7 +6,7 @@
 //! point at which the plant is as wide as a stem.
 //!
 //! All shares and widths here were chosen on the first half of the photographs with centre lines
-//! (`docs/vision.md`).
+//! (`docs/validation/vision-real.md`).
 
 use crate::math::statistics::quantile_nearest;
 use crate::math::vector::{along, distance, mean};

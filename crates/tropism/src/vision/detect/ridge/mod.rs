@@ -7,7 +7,7 @@
 //! plant's width changes, or below the node above its topmost mark.
 //!
 //! The constants of this module and its children were chosen by hand on the first half of the photographs of sunflower
-//! seedlings with centre lines (`docs/vision.md`).
+//! seedlings with centre lines (`docs/validation/vision-real.md`).
 
 mod rgb;
 mod bar;

@@ -7,7 +7,7 @@
 //! rows above show, and the mean of its posterior is taken.
 //!
 //! The constants are from 83 photographs of the first half of those with centre lines, in which the node was marked by
-//! eye (`docs/vision.md`).
+//! eye (`docs/validation/vision-real.md`).
 
 use crate::math;
 use crate::math::vector::{along, dot, mean, sub};

@@ -5,7 +5,7 @@
 //! is short. Shares do not change in the shade, levels do.
 //!
 //! All shares and widths here were chosen on the first half of the photographs with centre lines
-//! (`docs/vision.md`).
+//! (`docs/validation/vision-real.md`).
 
 use crate::math::statistics::{mean, quantile_nearest};
 use crate::math::vector::along;
