@@ -202,7 +202,8 @@ class Tent:
     """The virtual tent with one bean: camera, lamps, flash and clock, which jumps. Results of it are virtual.
 
     `greenhouse` has the keys of docs/reference/virtual-plants.md: species, variation, scene and faults; `seed` selects the
-    plant. The tent has what the settings of a `task` need: its obstacles, and for targets in space four lamps and a camera at the side.
+    plant. The tent has what the settings of a `task` need: its obstacles, and for targets in space four lamps and a camera at
+    the side.
     """
 
     def __init__(
