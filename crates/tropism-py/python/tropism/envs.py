@@ -30,9 +30,9 @@ Space-v0: the task is that of `tasks/space.toml`, three targets in space. The re
 `gymnasium.make_vec(id, num_envs=1024)` steps many plants side by side in Rust. An episode that is over begins anew at the next
 step, whose action is ignored (AutoresetMode.NEXT_STEP). Plant i has the seed s + i.
 
-Options: `task` (keys of a task file), `greenhouse` (keys of docs/reference/virtual-plants.md: `scale` is how much plants vary, `bean`
-the species, which may be `tropism.loop.species("beans/internodal-bean.toml")`, a second plant simulator with other equations;
-`faults` of the camera in Tent-v0), `period_min`, `model` (a `Model` or a model file).
+Options: `task` (keys of a task file), `greenhouse` (keys of docs/reference/virtual-plants.md: `scale` is how much plants vary,
+`bean` the species, which may be `tropism.loop.species("beans/internodal-bean.toml")`, a second plant simulator with other
+equations; `faults` of the camera in Tent-v0), `period_min`, `model` (a `Model` or a model file).
 
 Version history: all v0, the first. A change of a plant, a reward or an observation makes a new version.
 """
