@@ -223,7 +223,7 @@ fn stems_of_track(track: &Track) -> Vec<LitStem> {
 
 /// The fitness of steered runs, and the distance of their tips to each target.
 pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
-    let unit = |run: &FinishedRun| run.config.task.score.unit();
+    let unit = |run: &FinishedRun| run.config.task.kind.unit();
     let has_one_unit = runs.windows(2).all(|pair| unit(&pair[0]) == unit(&pair[1]));
     let fitness = |run: &FinishedRun| match run.fitness() {
         fitness if has_one_unit => format!("{fitness:.2}"),

@@ -244,7 +244,7 @@ pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
         "obstacles": record.task.obstacles,
         "drawing": Drawing::of(&record.task),
         "best": record.task.best_fitness(),
-        "unit": record.task.score.unit(),
+        "unit": record.task.kind.unit(),
         "has_model": folder.join("model.json").exists(),
         "commands": {
             "status": format!("tropism status {word}"),

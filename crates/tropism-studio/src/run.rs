@@ -301,7 +301,7 @@ pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
         "within": config.task.has_form().then_some(config.task.within_cm),
         "end_height": Some(config.task.end_height_cm).filter(|height| height.is_finite()),
         "best": config.task.best_fitness().filter(|_| config.task.has_goal()),
-        "unit": config.task.score.unit(),
+        "unit": config.task.kind.unit(),
         "lamps": config.rig.layout().map_or_else(|_| Vec::new(), |layout| {
             layout.lights().map(|light| json!({ "name": layout.name(Some(light)), "side": layout.side(light) })).collect()
         }),

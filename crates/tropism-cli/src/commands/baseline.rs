@@ -60,7 +60,7 @@ fn text(plan: &BaselinePlan, results: &BaselineResults) -> String {
     let mut text = format!(
         "best of {count} random controllers: {}; median {median:.2} {}",
         plan.task.fitness_in_words(*best),
-        plan.task.score.unit(),
+        plan.task.kind.unit(),
     );
     if let Some(path) = &plan.out {
         text += &format!("\nwrote {}", path.display());

@@ -184,7 +184,7 @@ impl Evolve {
 
 fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
     let [least, median, greatest] = results.best_fitness_range();
-    let (chosen, unit) = (results.chosen(), plan.task.score.unit());
+    let (chosen, unit) = (results.chosen(), plan.task.kind.unit());
     let expected = match &chosen.withheld {
         None => format!("{:.2} {unit} (sd {:.2})", chosen.transfer.mean, chosen.transfer.sd),
         Some(reason) => format!("withheld, for {reason}"),

@@ -137,7 +137,7 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     let longest = results.controllers.iter().map(|one| one.name.len()).max().unwrap_or(0).max(10);
     let has_low_shares = plan.has_low_shares();
     let has_way = plan.task.pole.is_none();
-    let unit = plan.task.score.unit();
+    let unit = plan.task.kind.unit();
     let best = results.best_possible.map(|best| format!(" of at most {best:.2}"));
     let shares = if has_low_shares { "  under 9  under 6" } else { "" };
     let near = if has_way { "  at targets" } else { "" };

@@ -21,7 +21,7 @@ impl EvolvePlan {
         evolution: &Evolution<'_, Model>,
         monitor: &dyn Monitor,
     ) -> Result<(Vec<EvolutionRun>, f64), Error> {
-        let status = Mutex::new(EvolutionMonitor::new(self.evolution.runs as usize, self.task.score.unit()));
+        let status = Mutex::new(EvolutionMonitor::new(self.evolution.runs as usize, self.task.kind.unit()));
         let evolve = |index| {
             let (run, seconds) = timed(|| self.evolve_run(index as u32, evolution, monitor, &status));
             Ok::<_, Error>((run?, seconds))

@@ -79,7 +79,7 @@ pub(crate) fn status(folder: &Path) -> Result<EvolutionStatus, Error> {
         is_virtual: record.is_virtual,
         process: holder(folder)?,
         generations: record.generations(),
-        unit: record.task.score.unit(),
+        unit: record.task.kind.unit(),
         runs,
         saved_ago_s: saved.reduce(f64::min),
     })

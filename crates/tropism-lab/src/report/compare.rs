@@ -215,7 +215,7 @@ impl Comparison {
 
     /// The unit of all fitness; of tasks with different ones all of them.
     fn unit(&self) -> String {
-        let mut units: Vec<&str> = self.groups.iter().map(|group| group.task.score.unit()).collect();
+        let mut units: Vec<&str> = self.groups.iter().map(|group| group.task.kind.unit()).collect();
         units.sort_unstable();
         units.dedup();
         units.join(" or ")

@@ -185,7 +185,7 @@ impl Sources {
             self.is_virtual |= is_virtual;
             let plants = if is_virtual { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
             let history = EvolutionHistory::read(&path.join("history.csv"))?;
-            self.evolutions.push((history, task.score.unit(), plants));
+            self.evolutions.push((history, task.kind.unit(), plants));
         } else if is_study(path)
             || path.join("transfer.toml").exists()
             || path.join("laboratories.toml").exists()

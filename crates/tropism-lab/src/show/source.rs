@@ -118,7 +118,7 @@ fn best_so_far(record: &EvolutionRecord, file: &Path, monitor: &dyn Monitor) -> 
     monitor.note(&format!(
         "{}: an evolution that is not over; the best so far: run {number}, {fitness:.2} {} after {}",
         folder.display(),
-        record.task.score.unit(),
+        record.task.kind.unit(),
         plural(run.search.generation(), "generation")
     ));
     Ok(record.champion_of(champion.clone()))

@@ -102,7 +102,7 @@ impl StudyFolder {
         let typical = self.typical_run();
         all.add_setup(typical.or(self.open_loop.first()));
         all.add_open_loop_runs(&self.open_loop)?;
-        all.add_evolution(&self.history, self.config.task.score.unit(), Plants::ModelOfVirtual);
+        all.add_evolution(&self.history, self.config.task.kind.unit(), Plants::ModelOfVirtual);
         let runs = &self.evolution.runs;
         let mut order: Vec<usize> = (0..runs.len()).collect();
         order.sort_by(|&a, &b| runs[b].trial.mean.total_cmp(&runs[a].trial.mean));

@@ -21,7 +21,7 @@ impl TransferPlan {
         let has_targets = results.controllers.iter().any(|controller| !controller.targets.is_empty());
         tables.extend(has_targets.then(|| arrival_table(results)));
         if !results.pairs.is_empty() {
-            tables.push(pair_table(results, self.task.score.unit()));
+            tables.push(pair_table(results, self.task.kind.unit()));
         }
         tables.extend(has_targets.then(|| cause_table(results)));
         let strips: Vec<ControllerScores> = (results.controllers.iter().enumerate())
@@ -34,7 +34,7 @@ impl TransferPlan {
         let mut figures = vec![
             report::score_strips(
                 &strips,
-                self.task.score.unit(),
+                self.task.kind.unit(),
                 results.best_possible.unwrap_or(0.0),
                 Plants::Virtual,
             ),
@@ -79,11 +79,7 @@ impl TransferPlan {
             )
         } else {
             let most = most(": ", "");
-            format!(
-                "Fitness is that of the task, {}, in {}{most}.",
-                self.task.title(),
-                self.task.score.unit()
-            )
+            format!("Fitness is that of the task, {}, in {}{most}.", self.task.title(), self.task.kind.unit())
         };
         let arrival = if self.task.targets.is_empty() {
             ""
@@ -140,7 +136,7 @@ impl TransferPlan {
         let mut caption = format!(
             "Virtual plants. Fitness in {} over {};{} the fitness that the model predicted, and the share of it that was \
              kept. Intervals by bootstrap over the plants.",
-            self.task.score.unit(),
+            self.task.kind.unit(),
             plural(results.plants, "plant"),
             if has_low_shares { " shares of plants under 9 and 6;" } else { "" }
         );
@@ -162,7 +158,7 @@ impl TransferPlan {
             caption += &format!(
                 " A search over schedules of each very plant, with all its noise known, reached {ceiling:.2} {} on average: a \
                  lower bound of what is possible.",
-                self.task.score.unit()
+                self.task.kind.unit()
             );
             if let Some(done) = results.ceiling_done {
                 caption += &format!(" It did the whole task on {} of the plants.", percent(Some(done.share)));
@@ -183,7 +179,7 @@ impl TransferPlan {
             let order = from_best_to_worst(&fitness);
             let plant = order[order.len() / 2];
             let track = self.read_track(&self.track_path(number, plant))?;
-            let (name, unit) = (&self.controllers[number].name, self.task.score.unit());
+            let (name, unit) = (&self.controllers[number].name, self.task.kind.unit());
             let title = format!("Median plant of {name}: plant {}, {:.2} {unit}", plant + 1, fitness[plant]);
             let around = Surroundings::of(&scores.tasks[plant]);
             Ok(report::in_space("space", &title, &track, &around, Plants::Virtual))
@@ -204,7 +200,7 @@ impl TransferPlan {
                         "{word}: plant {}, {:.2} {}",
                         plant + 1,
                         fitness[plant],
-                        self.task.score.unit()
+                        self.task.kind.unit()
                     ),
                     track: self.read_track(&self.track_path(number, plant))?,
                     goals: Goals::of(&scores.tasks[plant]),

@@ -40,7 +40,7 @@ pub(crate) fn status(out: &Path) -> Result<Option<TuneStatus>, Error> {
         is_over,
         generation: None,
         generations: None,
-        unit: task.map_or("cm", |task| task.score.unit()),
+        unit: task.map_or("cm", |task| task.kind.unit()),
         best_fitness: None,
         saved_ago_s: None,
     };

@@ -238,7 +238,7 @@ impl RuleSearch {
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
-        let utility = |fitness| task.score.utility(fitness);
+        let utility = |fitness| task.kind.utility(fitness);
         let beyond_cost_cm = if task.obstacles.is_empty() { 0.0 } else { BEYOND_COST_CM };
         let objective = Objective { scores: &scores, utility: &utility, beyond_cost_cm };
         if task.obstacles.is_empty() {

@@ -12,7 +12,7 @@ use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{OpenLoop, Score, Targets, kinds};
+use super::{OpenLoop, Reading, Score, Targets, kinds};
 use crate::check::{OutOfRange, ensure, within};
 use crate::geometry::Point;
 use crate::obstacle::{Obstacle, Pole};
@@ -35,14 +35,14 @@ macro_rules! keys {
         #[derive(Clone, Debug)]
         pub struct Task {
             /// What each step is worth, and when the task is done.
-            pub score: Arc<dyn Score>,
+            pub kind: Arc<dyn Score>,
             $($(#[doc = $doc])+ pub $key: $type,)+
         }
 
         /// Scores of one type are equal.
         impl PartialEq for Task {
             fn eq(&self, other: &Self) -> bool {
-                (*self.score).type_id() == (*other.score).type_id() $(&& self.$key == other.$key)+
+                (*self.kind).type_id() == (*other.kind).type_id() $(&& self.$key == other.$key)+
             }
         }
 
@@ -57,8 +57,8 @@ macro_rules! keys {
 
         impl Task {
             /// A task without anything to reach, which ends after 1000 steps.
-            pub fn new(score: impl Score) -> Self {
-                Self { score: Arc::new(score), $($key: $default,)+ }
+            pub fn new(kind: impl Score) -> Self {
+                Self { kind: Arc::new(kind), $($key: $default,)+ }
             }
 
             /// Checks each key of its kind, and that keys of other kinds were left alone.
@@ -75,7 +75,7 @@ macro_rules! keys {
                         return Err(self.refusal(stringify!($key)));
                     }
                 )+
-                self.score.check(self)
+                self.kind.check(self)
             }
         }
 
@@ -83,7 +83,7 @@ macro_rules! keys {
             fn serialize<S: Serializer>(&self, file: S) -> Result<S::Ok, S::Error> {
                 let mut table = file.serialize_map(None)?;
                 if !self.has_score::<Targets>() {
-                    table.serialize_entry("kind", self.score.kind())?;
+                    table.serialize_entry("kind", self.kind.name())?;
                 }
                 $(
                     if self.takes(stringify!($key)) && self.$key.is_set() {
@@ -145,6 +145,8 @@ keys! {
     };
     /// Points that the tip is to visit, as the front camera sees them, in ascending height above the start, in cm.
     targets: Vec<Point> = Vec::new(), |task| check_rising("targets", task.start.y, &task.targets);
+    /// By which reading of eq. (9) a step towards the targets is scored: `letter`, `approach` or `arrival`.
+    score: Reading = Reading::default(), |_| Ok(());
     /// Of targets in space, how far each lies in front of the root, towards the front camera, in cm; empty in the plane.
     depths_cm: Vec<f64> = Vec::new(), |task| {
         let are_depths = task.depths_cm.iter().all(|depth| depth.abs() <= MOST_CM);
@@ -245,15 +247,15 @@ fn check_rising(key: &str, mut below: f64, points: &[Point]) -> Result<(), OutOf
 impl Task {
     /// Whether its kind has this key.
     fn takes(&self, key: &str) -> bool {
-        self.score.keys().contains(&key)
+        self.kind.keys().contains(&key)
     }
 
     /// What is wrong with a key of other kinds.
     fn refusal(&self, key: &str) -> OutOfRange {
         let of_key = kinds().into_iter().filter(|kind| kind.takes(key));
-        let kinds: Vec<String> = of_key.map(|kind| format!("{:?}", kind.score.kind())).collect();
+        let kinds: Vec<String> = of_key.map(|kind| format!("{:?}", kind.kind.name())).collect();
         let wanted = format!("this key only beside kind = {}", kinds.join(" or "));
-        OutOfRange::new(key, format!("a value beside kind = {:?}", self.score.kind()), wanted)
+        OutOfRange::new(key, format!("a value beside kind = {:?}", self.kind.name()), wanted)
     }
 
     /// What is wrong with `key` in a file of this kind.
@@ -293,9 +295,9 @@ struct Kind(Task);
 impl<'de> Deserialize<'de> for Kind {
     fn deserialize<D: Deserializer<'de>>(file: D) -> Result<Self, D::Error> {
         let name = String::deserialize(file)?;
-        let kind = kinds().into_iter().find(|kind| kind.score.kind() == name);
+        let kind = kinds().into_iter().find(|kind| kind.kind.name() == name);
         kind.map(Self).ok_or_else(|| {
-            let names = kinds().map(|kind| kind.score.kind()).join(", ");
+            let names = kinds().map(|kind| kind.kind.name()).join(", ");
             D::Error::custom(format!("unknown kind of task {name:?}, wanted one of {names}"))
         })
     }
@@ -331,6 +333,12 @@ type Unknown = IgnoredAny;
 
 impl Value for Unknown {}
 impl Value for u32 {}
+impl Value for Reading {
+    fn is_set(&self) -> bool {
+        *self != Self::default()
+    }
+}
+
 impl Value for Point {}
 impl<T: for<'de> Deserialize<'de>> Value for Vec<T> {}
 

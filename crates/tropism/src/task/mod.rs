@@ -1,8 +1,8 @@
 //! What a plant is to do, and how well it did.
 //!
 //! Observations go in; a fitness comes out. A [`Task`] is data (where a seedling starts, its targets, what stands in the way,
-//! when an experiment is over) and a [`Score`]: what each step is worth. [`Targets`] is the paper's score, eq. (9), and
-//! [`Approaches`] its other reading; [`Obstacles`] has targets behind things that the stem must not touch; [`Shape`] wants a
+//! when an experiment is over) and a kind, a [`Score`]: what each step is worth. [`Targets`] is the paper's, eq. (9), which
+//! can be read in more than one way ([`Reading`]); [`Obstacles`] has targets behind things that the stem must not touch; [`Shape`] wants a
 //! form of the whole stem; [`Space`] has targets with a depth; [`Spiral`] counts the turns of the stem round a pole; the
 //! targets of [`RandomTargets`] are still to be drawn; [`OpenLoop`] has nothing to reach and only ends. A score of one's own
 //! implements the trait.
@@ -36,13 +36,12 @@ pub use random_targets::RandomTargets;
 pub use shape::Shape;
 pub use space::Space;
 pub use spiral::Spiral;
-pub use targets::{Approaches, Targets};
+pub use targets::{Reading, Targets};
 
 /// The kinds of tasks that files name, each with its defaults. A new kind is its file and a line here.
-fn kinds() -> [Task; 8] {
+fn kinds() -> [Task; 7] {
     [
         Task::default(),
-        Task::approaches(),
         Task::obstacles(),
         Task::shape(),
         Task::space(),
@@ -130,7 +129,7 @@ pub trait Score: Any + Debug + Send + Sync {
     }
 
     /// The word for it in files.
-    fn kind(&self) -> &'static str {
+    fn name(&self) -> &'static str {
         "own"
     }
 
@@ -192,19 +191,19 @@ impl Task {
     /// Whether it is judged by this type of score.
     #[must_use]
     pub fn has_score<S: Score>(&self) -> bool {
-        (&*self.score as &dyn Any).is::<S>()
+        (&*self.kind as &dyn Any).is::<S>()
     }
 
     /// [`Score::is_over`].
     #[must_use]
     pub fn is_over(&self, step: u32, seen: &Observation) -> bool {
-        self.score.is_over(self, step, seen)
+        self.kind.is_over(self, step, seen)
     }
 
     /// [`Score::step_fitness`].
     #[must_use]
     pub fn step_fitness(&self, past: &Past, after: &Observation) -> f64 {
-        self.score.step_fitness(self, past, after)
+        self.kind.step_fitness(self, past, after)
     }
 
     /// The fitness of a whole track: the sum over its steps, gaps included.
@@ -230,19 +229,19 @@ impl Task {
     /// The best fitness there can be of a seedling at the start, where it is known.
     #[must_use]
     pub fn best_fitness(&self) -> Option<f64> {
-        self.score.best(self, &Observation::simulated(self.start))
+        self.kind.best(self, &Observation::simulated(self.start))
     }
 
     /// [`Score::is_done`].
     #[must_use]
     pub fn is_done(&self, track: &Track) -> Option<bool> {
-        self.score.is_done(self, track)
+        self.kind.is_done(self, track)
     }
 
     /// [`Score::crossings`].
     #[must_use]
     pub fn crossings(&self, track: &Track) -> Vec<Option<Crossing>> {
-        self.score.crossings(self, track)
+        self.kind.crossings(self, track)
     }
 
     /// Whether there is anything to reach, so that fitness means something.
@@ -288,14 +287,14 @@ impl Task {
     /// [`Score::title`].
     #[must_use]
     pub fn title(&self) -> String {
-        self.score.title(self)
+        self.kind.title(self)
     }
 
     /// A fitness with its unit, and the best there can be where it is known: `9.50 cm of at most 11.14`.
     #[must_use]
     pub fn fitness_in_words(&self, fitness: f64) -> String {
         let most = self.best_fitness().map_or_else(String::new, |best| format!(" of at most {best:.2}"));
-        format!("{fitness:.2} {}{most}", self.score.unit())
+        format!("{fitness:.2} {}{most}", self.kind.unit())
     }
 }
 
@@ -324,9 +323,9 @@ mod tests {
     #[test]
     fn every_kind_is_known_by_its_name_and_has_keys_that_there_are() {
         for task in kinds() {
-            let (kind, keys) = (task.score.kind(), task.score.keys());
+            let (kind, keys) = (task.kind.name(), task.kind.keys());
             assert!(keys.iter().all(|key| keys::ALL.contains(key)), "{kind}: {keys:?}");
-            assert_eq!(kinds().iter().filter(|other| other.score.kind() == kind).count(), 1, "{kind}");
+            assert_eq!(kinds().iter().filter(|other| other.kind.name() == kind).count(), 1, "{kind}");
             assert!(task.check().is_ok() || kind == "shape", "{kind}: {}", refusal(&task));
         }
     }
@@ -388,7 +387,7 @@ mod tests {
             let first = track.samples[0].observation();
             let apex = Some(Point::new(2.0, 5.0));
             for task in kinds().into_iter().chain([Task { apex, lean_deg: Some(20.0), ..Task::shape() }]) {
-                if let Some(best) = task.score.best(&task, &first) {
+                if let Some(best) = task.kind.best(&task, &first) {
                     let fitness = task.fitness(&track);
                     prop_assert!(fitness <= best + 1e-9, "{}: {fitness} of at most {best}", task.title());
                 }

@@ -155,7 +155,7 @@ impl Score for Obstacles {
         }
     }
 
-    fn kind(&self) -> &'static str {
+    fn name(&self) -> &'static str {
         "obstacles"
     }
 

@@ -25,7 +25,7 @@ impl Score for OpenLoop {
         Some(0.0)
     }
 
-    fn kind(&self) -> &'static str {
+    fn name(&self) -> &'static str {
         "open_loop"
     }
 

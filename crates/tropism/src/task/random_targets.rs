@@ -33,9 +33,9 @@ impl Task {
             return Some(self.clone());
         }
         let highest_cm = self.targets.last().filter(|_| self.has_score::<Targets>())?.y;
-        let Self { start, end_height_cm, max_steps, .. } = *self;
+        let Self { start, score, end_height_cm, max_steps, .. } = *self;
         let count = self.targets.len() as u32;
-        Some(Self { start, count, highest_cm, end_height_cm, max_steps, ..Self::new(RandomTargets) })
+        Some(Self { start, count, highest_cm, score, end_height_cm, max_steps, ..Self::new(RandomTargets) })
     }
 
     /// The task with `targets` in ascending height. It ends as far above the last of them as above the highest that could be
@@ -43,7 +43,8 @@ impl Task {
     #[must_use]
     pub fn drawn(&self, targets: Vec<Point>) -> Self {
         let end_height_cm = self.end_above(targets.last().map(|target| target.y));
-        Self { start: self.start, targets, end_height_cm, max_steps: self.max_steps, ..Self::new(Targets) }
+        let Self { start, score, max_steps, .. } = *self;
+        Self { start, targets, score, end_height_cm, max_steps, ..Self::new(Targets) }
     }
 
     /// As many targets right above the start, as high at most: what stands for the task where each plant has its own.
@@ -74,12 +75,12 @@ impl Score for RandomTargets {
         format!("{} random target{plural} up to {} cm", task.count, task.highest_cm)
     }
 
-    fn kind(&self) -> &'static str {
+    fn name(&self) -> &'static str {
         "random_targets"
     }
 
     fn keys(&self) -> &'static [&'static str] {
-        &["start", "count", "highest_cm", "end_height_cm", "max_steps"]
+        &["start", "count", "highest_cm", "score", "end_height_cm", "max_steps"]
     }
 }
 

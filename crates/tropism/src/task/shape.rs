@@ -154,7 +154,7 @@ impl Score for Shape {
         "a form of the stem".to_owned()
     }
 
-    fn kind(&self) -> &'static str {
+    fn name(&self) -> &'static str {
         "shape"
     }
 

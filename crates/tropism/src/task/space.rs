@@ -55,7 +55,7 @@ impl Score for Space {
         Some(stops.windows(2).fold(0.0, |sum, pair| sum + apart(pair[0], pair[1])))
     }
 
-    fn kind(&self) -> &'static str {
+    fn name(&self) -> &'static str {
         "space"
     }
 

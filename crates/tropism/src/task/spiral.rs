@@ -78,7 +78,7 @@ impl Score for Spiral {
         format!("winding round a pole of {thickness_cm} cm")
     }
 
-    fn kind(&self) -> &'static str {
+    fn name(&self) -> &'static str {
         "spiral"
     }
 

@@ -1,6 +1,6 @@
-//! The paper's task: the tip visits targets, scored by eq. (9) (section 2.3.1), of which there are two readings.
+//! The paper's task: the tip visits targets, scored by eq. (9) (section 2.3.1).
 
-use std::sync::Arc;
+use serde::{Deserialize, Serialize};
 
 use super::{Past, Score, Task};
 use crate::geometry::Point;
@@ -19,96 +19,80 @@ impl Default for Task {
     }
 }
 
-/// The paper's targets, scored by the other reading of eq. (9): a step is worth by how much closer to the next target the tip
-/// came.
-///
-/// To the letter of eq. (9) the sign of a step follows from where it ends, so that a step across a target costs its whole
-/// length. The paper's prose ("the theoretical best fitness value is the total distance on the x-axis", section 2.3.2) fits
-/// this reading as well, in which only what is beyond the target counts against.
-#[derive(Clone, Copy, Debug)]
-pub struct Approaches;
-
-impl Task {
-    /// The paper's targets, scored by approaches.
-    #[must_use]
-    pub fn approaches() -> Self {
-        Self { score: Arc::new(Approaches), ..Self::default() }
-    }
-}
-
-/// A reading of eq. (9).
-#[derive(Clone, Copy)]
-pub(crate) enum Reading {
-    /// Of [`Targets`].
+/// How eq. (9) is read: what a step towards the targets is worth. The next target is the lowest one above all heights that the
+/// tip has had; in the paper, whose tips rise, that is the set T_i. Above the last target no step counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reading {
+    /// Eq. (9) to the letter: the sign of a step follows from where it ends, so that a step across a target costs its whole
+    /// length.
+    #[default]
     Letter,
-    /// Of [`Approaches`].
-    Prose,
+    /// A step is worth by how much closer to the next target the tip came in x. The paper's prose ("the theoretical best
+    /// fitness value is the total distance on the x-axis", section 2.3.2) fits this as well as the letter: both pay the same for
+    /// a step that crosses no target.
+    Approach,
+    /// Not the paper's: only where the tip crosses a target's height counts. Each target pays [`MISS_CM`] less the distance in x.
+    Arrival,
 }
+
+/// The distance at which a crossing is worth no more than a target that was never reached, in cm. Chosen by hand: twice the way
+/// of the paper's targets from the middle.
+pub const MISS_CM: f64 = 10.0;
 
 impl Reading {
-    /// The reading by which a task is scored; `None` for another score.
-    pub(crate) fn of(task: &Task) -> Option<Self> {
-        let is_letter = task.has_score::<Targets>().then_some(Self::Letter);
-        is_letter.or_else(|| task.has_score::<Approaches>().then_some(Self::Prose))
-    }
-
     /// The discrete fitness f of one step, in cm, eq. (9), of as many plants as a number has lanes.
     ///
-    /// The next target is the lowest one above `highest_cm`, the greatest height that the tip has had so far. In the paper,
-    /// whose tips rise, that is the set T_i of eq. (9); a tip that sinks below a target's height again is not paid for the
-    /// same way twice. Above the last target no step counts.
+    /// `highest_cm` are the greatest heights that the tip has had before the step and with it.
     #[inline(always)]
-    pub(crate) fn step_fitness<R: Real>(self, targets: &[Point], highest_cm: R, from_x: R, to_x: R) -> R {
+    pub(crate) fn step_fitness<R: Real>(
+        self,
+        targets: &[Point],
+        highest_cm: [R; 2],
+        from_x: R,
+        to_x: R,
+    ) -> R {
+        let nothing = R::splat(0.0);
+        let [before, with] = highest_cm;
+        if self == Self::Arrival {
+            return targets.iter().fold(nothing, |sum, target| {
+                let y = R::splat(target.y);
+                let miss = (to_x - R::splat(target.x)).abs().min(R::splat(MISS_CM));
+                let worth = R::select(with.lt(y), nothing, R::splat(MISS_CM) - miss);
+                sum + R::select(before.lt(y), worth, nothing)
+            });
+        }
         // Not a number where there is no next target: then no comparison holds.
         let mut next = R::splat(f64::NAN);
         for target in targets.iter().rev() {
-            next = R::select(highest_cm.lt(R::splat(target.y)), R::splat(target.x), next);
+            next = R::select(with.lt(R::splat(target.y)), R::splat(target.x), next);
         }
-        let nothing = R::splat(0.0);
-        match self {
-            Self::Letter => {
-                let shift = to_x - from_x;
-                let on_target = R::select(to_x.eq(next), shift.abs(), nothing);
-                let beyond = R::select(to_x.gt(next), -shift, on_target);
-                R::select(to_x.lt(next), shift, beyond)
-            }
-            Self::Prose => {
-                let closer = (from_x - next).abs() - (to_x - next).abs();
-                R::select(next.eq(next), closer, nothing)
-            }
+        if self == Self::Approach {
+            let closer = (from_x - next).abs() - (to_x - next).abs();
+            return R::select(next.eq(next), closer, nothing);
         }
-    }
-
-    fn of_step(self, task: &Task, past: &Past, after: &Observation) -> f64 {
-        let highest_cm = past.highest_cm.max(after.tip.y);
-        self.step_fitness(&task.targets, highest_cm, past.latest.tip.x, after.tip.x)
+        let shift = to_x - from_x;
+        let on_target = R::select(to_x.eq(next), shift.abs(), nothing);
+        let beyond = R::select(to_x.gt(next), -shift, on_target);
+        R::select(to_x.lt(next), shift, beyond)
     }
 }
 
-impl Score for Approaches {
-    fn step_fitness(&self, task: &Task, past: &Past, after: &Observation) -> f64 {
-        Reading::Prose.of_step(task, past, after)
-    }
-
-    fn best(&self, task: &Task, first: &Observation) -> Option<f64> {
-        Targets.best(task, first)
-    }
-
-    fn kind(&self) -> &'static str {
-        "approaches"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        Targets.keys()
+impl Task {
+    /// How the task reads eq. (9); `None` if it has another score.
+    pub(crate) fn reading(&self) -> Option<Reading> {
+        self.has_score::<Targets>().then_some(self.score)
     }
 }
 
 impl Score for Targets {
     fn step_fitness(&self, task: &Task, past: &Past, after: &Observation) -> f64 {
-        Reading::Letter.of_step(task, past, after)
+        let highest_cm = [past.highest_cm, past.highest_cm.max(after.tip.y)];
+        task.score.step_fitness(&task.targets, highest_cm, past.latest.tip.x, after.tip.x)
     }
 
-    /// The way in x that the tip needs to visit all targets, in cm (section 2.3.2): 15 for the paper's task.
+    /// The way in x that the tip needs to visit all targets, in cm (section 2.3.2): 15 for the paper's task. By arrival, what all
+    /// targets pay.
     ///
     /// ```
     /// use tropism::task::Task;
@@ -121,17 +105,20 @@ impl Score for Targets {
     /// ```
     fn best(&self, task: &Task, first: &Observation) -> Option<f64> {
         let left = task.targets.iter().filter(|target| target.y > first.tip.y);
+        if task.score == Reading::Arrival {
+            return Some(MISS_CM * left.count() as f64);
+        }
         let stops: Vec<f64> = core::iter::once(first.tip.x).chain(left.map(|target| target.x)).collect();
         // Not `sum`: that of nothing is -0.
         Some(stops.windows(2).fold(0.0, |sum, pair| sum + (pair[1] - pair[0]).abs()))
     }
 
-    fn kind(&self) -> &'static str {
+    fn name(&self) -> &'static str {
         "targets"
     }
 
     fn keys(&self) -> &'static [&'static str] {
-        &["start", "targets", "end_height_cm", "max_steps"]
+        &["start", "targets", "score", "end_height_cm", "max_steps"]
     }
 }
 
@@ -154,11 +141,24 @@ mod tests {
 
     #[test]
     fn an_approach_across_a_target_costs_what_is_beyond_it() {
+        let by_approach = Task { score: Reading::Approach, ..Task::default() };
         // 2.9 towards the first target at 3, then as far beyond it as it was before.
         let across = track(&[(0.0, 4.0), (2.9, 5.0), (3.1, 5.1)]);
-        assert!((Task::approaches().fitness(&across) - 2.9).abs() < 1e-12);
+        assert!((by_approach.fitness(&across) - 2.9).abs() < 1e-12);
         let short = track(&[(0.0, 4.0), (2.0, 5.0), (1.5, 5.1)]);
-        assert_eq!(Task::approaches().fitness(&short), Task::default().fitness(&short));
+        assert_eq!(by_approach.fitness(&short), Task::default().fitness(&short));
+    }
+
+    #[test]
+    fn an_arrival_is_worth_what_the_tip_misses_by() {
+        let by_arrival = Task { score: Reading::Arrival, ..Task::default() };
+        assert_eq!(by_arrival.best_fitness(), Some(3.0 * MISS_CM));
+        // Wherever it was before: 0.5 from the first target, 20 from the second; the third was not reached.
+        let tips = track(&[(0.0, 4.0), (8.0, 5.0), (2.5, 6.0), (-25.0, 9.0), (-1.0, 13.4)]);
+        assert_eq!(by_arrival.fitness(&tips), MISS_CM - 0.5);
+        // Two heights in one step, and back below them.
+        let leap = track(&[(0.0, 4.0), (-5.0, 9.5), (3.0, 5.0), (3.0, 6.5)]);
+        assert_eq!(by_arrival.fitness(&leap), 2.0 * MISS_CM - 8.0);
     }
 
     #[test]

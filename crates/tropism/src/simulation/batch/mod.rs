@@ -23,8 +23,8 @@ use super::{Episode, fitness_of};
 use crate::control::NetworkController;
 use crate::plant::tip::TipModel;
 use crate::simd::{Kernel, dispatch};
+use crate::task::Reading;
 use crate::task::Task;
-use crate::task::targets::Reading;
 
 pub(super) use rules::fitness_of_rules;
 

@@ -7,8 +7,8 @@ use crate::math::{Lanes, Real};
 use crate::plant::table::Table;
 use crate::plant::tip::{TipModel, TipState};
 use crate::random::{self, NoiseStream, STEP_INCREMENT};
+use crate::task::Reading;
 use crate::task::Task;
-use crate::task::targets::Reading;
 
 /// Plants side by side. Chosen for speed: state transitions of networks are scalar, and do best in few lanes.
 pub(super) const LANES: usize = 32;
@@ -192,8 +192,9 @@ impl Plants {
             let [tip_x, tip_y] = &mut self.tip;
             let [from_x, tip_y, highest, fitness] = [tip_x, tip_y, &mut self.highest, &mut self.fitness]
                 .map(|of| &mut of.as_chunks_mut::<SCORED>().0[lanes]);
-            let highest_cm = Lanes(*highest).max(y);
-            let worth = reading.step_fitness(&task.targets, highest_cm, Lanes(*from_x), x);
+            let before_cm = Lanes(*highest);
+            let highest_cm = before_cm.max(y);
+            let worth = reading.step_fitness(&task.targets, [before_cm, highest_cm], Lanes(*from_x), x);
             // A step that does not count adds a zero, which changes no bit of a sum that began with 0.
             *fitness = (Lanes(*fitness) + worth).0;
             *highest = Lanes::select(y.lt(end), highest_cm, over).0;

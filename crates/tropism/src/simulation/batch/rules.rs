@@ -9,7 +9,7 @@ use crate::plant::stem::{PlaneModel, Stems};
 use crate::random::{NoiseStream, Purpose};
 use crate::simd::{Kernel, dispatch};
 use crate::simulation::{Episode, cautious_fitness_of};
-use crate::task::targets::Reading;
+use crate::task::Reading;
 use crate::task::{Obstacles, Task};
 
 /// Plants side by side. Chosen: two vectors of AVX2, one of AVX-512.
@@ -28,7 +28,7 @@ pub(in crate::simulation) fn fitness_of_rules(
     episodes: &mut dyn Iterator<Item = Episode<PredictiveRule>>,
 ) -> Option<Vec<f64>> {
     // The hot loop is not generic: so it is compiled here, and not in each crate that searches.
-    let reading = Reading::of(task);
+    let reading = task.reading();
     let has_lanes = reading.is_some() && task.obstacles.is_empty() || task.has_score::<Obstacles>();
     has_lanes.then(|| fitness_in_lanes(model, LaneTask { task, reading }, beyond_cost_cm, episodes))
 }
@@ -149,7 +149,7 @@ impl Batch<'_> {
         let was_nearest = self.nearest;
         self.look_at_obstacles(task);
         let worth = if let Some(reading) = reading {
-            reading.step_fitness(&task.targets, self.highest_cm, before[0], after[0])
+            reading.step_fitness(&task.targets, [was_highest, self.highest_cm], before[0], after[0])
         } else {
             let worth = task.worth_of_targets(was_highest, after);
             match (was_nearest, self.nearest) {
