@@ -36,7 +36,7 @@ pub use random_targets::RandomTargets;
 pub use shape::Shape;
 pub use space::Space;
 pub use spiral::Spiral;
-pub use targets::{Reading, Targets};
+pub use targets::{MISS_CM, Reading, Targets};
 
 /// The kinds of tasks that files name, each with its defaults. A new kind is its file and a line here.
 fn kinds() -> [Task; 7] {

@@ -154,7 +154,7 @@ fn a_search_goes_by_the_utility() {
             100.0 * fitness
         }
     }
-    let task = Task { score: Arc::new(Hundredfold), ..Task::default() };
+    let task = Task { kind: Arc::new(Hundredfold), ..Task::default() };
     let model = Sluggish(Layout::default(), f64::INFINITY);
     let mut best = Vec::new();
     let found = short().tune(&model, &task, 1, &mut |generation| {
