@@ -16,11 +16,7 @@ use tropism_bean::{Species, response_history};
 use super::steer::TOP_COLUMNS;
 use crate::model::Model;
 
-/// Distance at the crossing from which a target counts as missed, in cm. Chosen: about three times the median of the greedy
-/// rule (0.4 cm), and the width of a stem with its leaves.
-pub const MISS_CM: f64 = 1.0;
-
-/// Distance of measured and true tip from which the tip is misread, in cm: half of [`MISS_CM`].
+/// Distance of measured and true tip from which the tip is misread, in cm: half of [`MISS_CM`](tropism::task::MISS_CM).
 const MISREAD_CM: f64 = 0.5;
 
 /// Share of misread steps before a target from which misreading counts as the cause. Chosen: a held tip of three steps in the

@@ -24,7 +24,7 @@ use tropism::task::Task;
 use tropism::track::{PAPER_PERIOD_MIN, Track};
 use tropism_bean::tent::Greenhouse;
 
-pub use self::causes::{Cause, MISS_CM};
+pub use self::causes::Cause;
 use self::causes::{Reference, Response};
 pub(crate) use self::controllers::check_name;
 pub use self::controllers::{ControllerSource, NamedController, read_controllers};

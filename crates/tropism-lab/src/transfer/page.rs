@@ -242,7 +242,7 @@ fn arrival_table(results: &TransferResults) -> Table {
         caption: format!(
             "Virtual plants. Distance between tip and target when the tip first reached the target's height, in cm, of the \
              plants that did. Missed: farther than {} cm, or never so high; of {} plants.",
-            super::MISS_CM,
+            tropism::task::MISS_CM,
             results.plants
         ),
         head: head.map(str::to_owned).to_vec(),

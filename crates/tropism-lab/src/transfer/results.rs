@@ -11,7 +11,7 @@ use tropism::text::csv_cell;
 use tropism::track::Track;
 
 use super::TransferPlan;
-use super::causes::{Approach, Cause, Evidence, MISS_CM, Reference, Response};
+use super::causes::{Approach, Cause, Evidence, Reference, Response};
 use super::steer::TURNS_COLUMN;
 use crate::Workflow;
 use crate::model::Model;
@@ -199,11 +199,6 @@ impl Ceiling {
     }
 }
 
-/// Whether a target counts as missed.
-pub(super) fn is_missed(crossing: Option<Crossing>) -> bool {
-    crossing.is_none_or(|crossing| crossing.distance_cm > MISS_CM)
-}
-
 /// With what plants are compared to find causes.
 pub(super) struct Judge<'j> {
     pub(super) reference: &'j Reference,
@@ -301,7 +296,7 @@ impl Scores {
         let under = |limit| mean(fitness.iter().map(|&score| f64::from(u8::from(score < limit))));
         let (mut missed, mut reached) = (BTreeMap::new(), BTreeMap::new());
         for &(crossing, cause) in self.plants[number].iter().flat_map(|plant| &plant.targets) {
-            let counts = if is_missed(crossing) { &mut missed } else { &mut reached };
+            let counts = if Crossing::is_visit(crossing) { &mut reached } else { &mut missed };
             *counts.entry(cause).or_insert(0) += 1;
         }
         let mean = mean(fitness.iter().copied());
@@ -357,7 +352,7 @@ impl Scores {
                 target,
                 median_cm: quantile(0.5),
                 far_cm: quantile(FAR),
-                missed: crossings.iter().filter(|crossing| is_missed(**crossing)).count() as u32,
+                missed: crossings.iter().filter(|crossing| !Crossing::is_visit(**crossing)).count() as u32,
                 never: crossings.iter().filter(|crossing| crossing.is_none()).count() as u32,
             }
         };
@@ -408,7 +403,7 @@ impl Scores {
                 ];
                 let places = &self.tasks[number].targets;
                 let targets = plant.targets.iter().enumerate().flat_map(|(number, &(crossing, cause))| {
-                    let (is_missed, place) = (is_missed(crossing), places.get(number));
+                    let (is_missed, place) = (!Crossing::is_visit(crossing), places.get(number));
                     [
                         or_empty(place.map(|place| place.x)),
                         or_empty(place.map(|place| place.y)),

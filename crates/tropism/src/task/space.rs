@@ -2,12 +2,13 @@
 //!
 //! The paper names targets in space as future work (section 5). The fitness is that of eq. (9) with horizontal distances.
 
-use super::{Past, Score, Task, tip_in_space};
+use super::{Past, Score, Targets, Task, tip_in_space};
 use crate::check::{OutOfRange, ensure};
 use crate::geometry::Point;
 use crate::geometry::space::SpacePoint;
 use crate::math::hypot;
 use crate::observation::Observation;
+use crate::track::Track;
 
 /// Targets in space that the tip is to visit, from the lowest to the highest.
 ///
@@ -53,6 +54,11 @@ impl Score for Space {
         let left = targets.into_iter().filter(|target| target[1] > first.tip.y);
         let stops: Vec<SpacePoint> = core::iter::once(tip_in_space(first)).chain(left).collect();
         Some(stops.windows(2).fold(0.0, |sum, pair| sum + apart(pair[0], pair[1])))
+    }
+
+    /// Whether the tip came within [`MISS_CM`](super::MISS_CM) of each target at its height.
+    fn is_done(&self, task: &Task, track: &Track) -> Option<bool> {
+        Targets.is_done(task, track)
     }
 
     fn name(&self) -> &'static str {

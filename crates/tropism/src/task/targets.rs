@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Past, Score, Task};
+use super::{Crossing, Past, Score, Task};
 use crate::geometry::Point;
 use crate::math::Real;
 use crate::observation::Observation;
+use crate::track::Track;
 
 /// Targets that the tip is to visit, from the lowest to the highest (section 2.3.1).
 #[derive(Clone, Copy, Debug)]
@@ -32,13 +33,13 @@ pub enum Reading {
     /// fitness value is the total distance on the x-axis", section 2.3.2) fits this as well as the letter: both pay the same for
     /// a step that crosses no target.
     Approach,
-    /// Not the paper's: only where the tip crosses a target's height counts. Each target pays [`MISS_CM`] less the distance in x.
+    /// Not the paper's: only where the tip crosses a target's height counts. Each target pays [`ARRIVAL_CM`] less the distance in x.
     Arrival,
 }
 
-/// The distance at which a crossing is worth no more than a target that was never reached, in cm. Chosen by hand: twice the way
-/// of the paper's targets from the middle.
-pub const MISS_CM: f64 = 10.0;
+/// What a target is worth by arrival, in cm: the distance from which a crossing is worth no more than none. Chosen by hand: twice
+/// as far as the paper's targets are from the middle.
+pub const ARRIVAL_CM: f64 = 10.0;
 
 impl Reading {
     /// The discrete fitness f of one step, in cm, eq. (9), of as many plants as a number has lanes.
@@ -57,8 +58,8 @@ impl Reading {
         if self == Self::Arrival {
             return targets.iter().fold(nothing, |sum, target| {
                 let y = R::splat(target.y);
-                let miss = (to_x - R::splat(target.x)).abs().min(R::splat(MISS_CM));
-                let worth = R::select(with.lt(y), nothing, R::splat(MISS_CM) - miss);
+                let miss = (to_x - R::splat(target.x)).abs().min(R::splat(ARRIVAL_CM));
+                let worth = R::select(with.lt(y), nothing, R::splat(ARRIVAL_CM) - miss);
                 sum + R::select(before.lt(y), worth, nothing)
             });
         }
@@ -106,11 +107,16 @@ impl Score for Targets {
     fn best(&self, task: &Task, first: &Observation) -> Option<f64> {
         let left = task.targets.iter().filter(|target| target.y > first.tip.y);
         if task.score == Reading::Arrival {
-            return Some(MISS_CM * left.count() as f64);
+            return Some(ARRIVAL_CM * left.count() as f64);
         }
         let stops: Vec<f64> = core::iter::once(first.tip.x).chain(left.map(|target| target.x)).collect();
         // Not `sum`: that of nothing is -0.
         Some(stops.windows(2).fold(0.0, |sum, pair| sum + (pair[1] - pair[0]).abs()))
+    }
+
+    /// Whether the tip came within [`MISS_CM`](super::MISS_CM) of each target at its height.
+    fn is_done(&self, task: &Task, track: &Track) -> Option<bool> {
+        (!task.targets.is_empty()).then(|| self.crossings(task, track).into_iter().all(Crossing::is_visit))
     }
 
     fn name(&self) -> &'static str {
@@ -127,7 +133,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::task::Crossing;
     use crate::task::tests::track;
 
     #[test]
@@ -152,13 +157,13 @@ mod tests {
     #[test]
     fn an_arrival_is_worth_what_the_tip_misses_by() {
         let by_arrival = Task { score: Reading::Arrival, ..Task::default() };
-        assert_eq!(by_arrival.best_fitness(), Some(3.0 * MISS_CM));
+        assert_eq!(by_arrival.best_fitness(), Some(3.0 * ARRIVAL_CM));
         // Wherever it was before: 0.5 from the first target, 20 from the second; the third was not reached.
         let tips = track(&[(0.0, 4.0), (8.0, 5.0), (2.5, 6.0), (-25.0, 9.0), (-1.0, 13.4)]);
-        assert_eq!(by_arrival.fitness(&tips), MISS_CM - 0.5);
+        assert_eq!(by_arrival.fitness(&tips), ARRIVAL_CM - 0.5);
         // Two heights in one step, and back below them.
         let leap = track(&[(0.0, 4.0), (-5.0, 9.5), (3.0, 5.0), (3.0, 6.5)]);
-        assert_eq!(by_arrival.fitness(&leap), 2.0 * MISS_CM - 8.0);
+        assert_eq!(by_arrival.fitness(&leap), 2.0 * ARRIVAL_CM - 8.0);
     }
 
     #[test]
@@ -178,6 +183,8 @@ mod tests {
         assert_eq!(crossings[0], Some(Crossing { step: 1, distance_cm: 0.0 }));
         assert_eq!(crossings[1], Some(Crossing { step: 2, distance_cm: 5.0 }));
         assert_eq!(crossings[2], None);
+        let visits = |last: f64| track(&[(0.0, 4.0), (3.0, 6.0), (-5.0, 9.0), (last, 13.5)]);
+        assert_eq!([-0.1, 0.1].map(|last| Task::default().is_done(&visits(last))), [Some(true), Some(false)]);
     }
 
     proptest! {
