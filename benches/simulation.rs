@@ -108,9 +108,23 @@ fn links(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Whole evaluations of the paper's preset by both readings of eq. (9), in evaluations.
+fn scores(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("evaluation, by score");
+    let model = model(10_000);
+    let genomes = population(20.0, &model, &task());
+    group.throughput(Throughput::Elements(genomes.len() as u64));
+    for task in [Task::default(), Task::approaches()] {
+        group.bench_function(BenchmarkId::from_parameter(task.score.kind()), |bencher| {
+            bencher.iter(|| evaluate(&model, &task, &genomes));
+        });
+    }
+    group.finish();
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(10);
-    targets = data, links
+    targets = data, links, scores
 }
 criterion_main!(benches);

@@ -10,7 +10,8 @@ use crate::plant::stem::{PlaneModel, SpaceModel};
 use crate::plant::tip::TipModel;
 use crate::plant::window::WindowModel;
 use crate::random::NoiseStream;
-use crate::task::{Targets, Task};
+use crate::task::Task;
+use crate::task::targets::Reading;
 
 /// A controller, and the noise of the plant that it steers.
 #[derive(Clone, Debug)]
@@ -79,17 +80,18 @@ fn one_by_one<'g, M: PlantModel>(
 }
 
 impl BatchModel for TipModel {
-    /// Side by side in vectors for the paper's task, sensors and number of lamps.
+    /// Side by side in vectors for the paper's targets (by either reading of eq. (9)), sensors and number of lamps.
     fn score<'g>(
         &self,
         task: &Task,
         sensors: &Sensors,
         episodes: impl Iterator<Item = Episode<&'g Genome>>,
     ) -> Vec<f64> {
-        if task.has_score::<Targets>() && sensors.is_tip() && self.layout().len() == 2 {
-            batch::fitness_of_networks(self, task, &mut { episodes })
-        } else {
-            one_by_one(self, task, sensors, episodes)
+        match Reading::of(task) {
+            Some(reading) if sensors.is_tip() && self.layout().len() == 2 => {
+                batch::fitness_of_networks(self, task, reading, &mut { episodes })
+            }
+            _ => one_by_one(self, task, sensors, episodes),
         }
     }
 }

@@ -7,7 +7,6 @@
 //! targets of [`RandomTargets`] are still to be drawn; [`OpenLoop`] has nothing to reach and only ends. A score of one's own
 //! implements the trait.
 
-mod approaches;
 mod keys;
 mod obstacles;
 mod open_loop;
@@ -30,7 +29,6 @@ use crate::observation::Observation;
 use crate::obstacle::Solid;
 use crate::track::{Sample, Track};
 
-pub use approaches::Approaches;
 pub use keys::Task;
 pub use obstacles::Obstacles;
 pub use open_loop::OpenLoop;
@@ -38,7 +36,7 @@ pub use random_targets::RandomTargets;
 pub use shape::Shape;
 pub use space::Space;
 pub use spiral::Spiral;
-pub use targets::Targets;
+pub use targets::{Approaches, Targets};
 
 /// The kinds of tasks that files name, each with its defaults. A new kind is its file and a line here.
 fn kinds() -> [Task; 8] {

@@ -1,4 +1,6 @@
-//! The paper's task: the tip visits targets, scored by eq. (9) (section 2.3.1).
+//! The paper's task: the tip visits targets, scored by eq. (9) (section 2.3.1), of which there are two readings.
+
+use std::sync::Arc;
 
 use super::{Past, Score, Task};
 use crate::geometry::Point;
@@ -17,30 +19,93 @@ impl Default for Task {
     }
 }
 
-/// Eq. (9) of a step from one x of the tip to another, of as many plants as a number has lanes. `highest_cm` is the greatest height
-/// of the tip so far.
-#[inline(always)]
-pub(crate) fn step_fitness<R: Real>(targets: &[Point], highest_cm: R, from_x: R, to_x: R) -> R {
-    let shift = to_x - from_x;
-    let mut fitness = R::splat(0.0);
-    for target in targets.iter().rev() {
-        let x = R::splat(target.x);
-        let beyond = R::select(to_x.gt(x), -shift, shift.abs());
-        let towards = R::select(to_x.lt(x), shift, beyond);
-        fitness = R::select(highest_cm.lt(R::splat(target.y)), towards, fitness);
+/// The paper's targets, scored by the other reading of eq. (9): a step is worth by how much closer to the next target the tip
+/// came.
+///
+/// To the letter of eq. (9) the sign of a step follows from where it ends, so that a step across a target costs its whole
+/// length. The paper's prose ("the theoretical best fitness value is the total distance on the x-axis", section 2.3.2) fits
+/// this reading as well, in which only what is beyond the target counts against.
+#[derive(Clone, Copy, Debug)]
+pub struct Approaches;
+
+impl Task {
+    /// The paper's targets, scored by approaches.
+    #[must_use]
+    pub fn approaches() -> Self {
+        Self { score: Arc::new(Approaches), ..Self::default() }
     }
-    fitness
+}
+
+/// A reading of eq. (9).
+#[derive(Clone, Copy)]
+pub(crate) enum Reading {
+    /// Of [`Targets`].
+    Letter,
+    /// Of [`Approaches`].
+    Prose,
+}
+
+impl Reading {
+    /// The reading by which a task is scored; `None` for another score.
+    pub(crate) fn of(task: &Task) -> Option<Self> {
+        let is_letter = task.has_score::<Targets>().then_some(Self::Letter);
+        is_letter.or_else(|| task.has_score::<Approaches>().then_some(Self::Prose))
+    }
+
+    /// The discrete fitness f of one step, in cm, eq. (9), of as many plants as a number has lanes.
+    ///
+    /// The next target is the lowest one above `highest_cm`, the greatest height that the tip has had so far. In the paper,
+    /// whose tips rise, that is the set T_i of eq. (9); a tip that sinks below a target's height again is not paid for the
+    /// same way twice. Above the last target no step counts.
+    #[inline(always)]
+    pub(crate) fn step_fitness<R: Real>(self, targets: &[Point], highest_cm: R, from_x: R, to_x: R) -> R {
+        // Not a number where there is no next target: then no comparison holds.
+        let mut next = R::splat(f64::NAN);
+        for target in targets.iter().rev() {
+            next = R::select(highest_cm.lt(R::splat(target.y)), R::splat(target.x), next);
+        }
+        let nothing = R::splat(0.0);
+        match self {
+            Self::Letter => {
+                let shift = to_x - from_x;
+                let on_target = R::select(to_x.eq(next), shift.abs(), nothing);
+                let beyond = R::select(to_x.gt(next), -shift, on_target);
+                R::select(to_x.lt(next), shift, beyond)
+            }
+            Self::Prose => {
+                let closer = (from_x - next).abs() - (to_x - next).abs();
+                R::select(next.eq(next), closer, nothing)
+            }
+        }
+    }
+
+    fn of_step(self, task: &Task, past: &Past, after: &Observation) -> f64 {
+        let highest_cm = past.highest_cm.max(after.tip.y);
+        self.step_fitness(&task.targets, highest_cm, past.latest.tip.x, after.tip.x)
+    }
+}
+
+impl Score for Approaches {
+    fn step_fitness(&self, task: &Task, past: &Past, after: &Observation) -> f64 {
+        Reading::Prose.of_step(task, past, after)
+    }
+
+    fn best(&self, task: &Task, first: &Observation) -> Option<f64> {
+        Targets.best(task, first)
+    }
+
+    fn kind(&self) -> &'static str {
+        "approaches"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        Targets.keys()
+    }
 }
 
 impl Score for Targets {
-    /// The discrete fitness f of one step, in cm, eq. (9): movement towards the next target counts, movement away from it
-    /// counts against.
-    ///
-    /// The next target is the lowest one above all heights that the tip has had so far. In the paper, whose tips rise, that is
-    /// the set T_i of eq. (9); a tip that sinks below a target's height again is not paid for the same way twice.
     fn step_fitness(&self, task: &Task, past: &Past, after: &Observation) -> f64 {
-        let highest_cm = past.highest_cm.max(after.tip.y);
-        step_fitness(&task.targets, highest_cm, past.latest.tip.x, after.tip.x)
+        Reading::Letter.of_step(task, past, after)
     }
 
     /// The way in x that the tip needs to visit all targets, in cm (section 2.3.2): 15 for the paper's task.
@@ -85,6 +150,15 @@ mod tests {
         assert!((task.fitness(&track(&[(0.0, 4.0), (2.9, 5.0), (3.1, 5.1)])) - 2.7).abs() < 1e-12);
         // A step that ends exactly on the target counts, whichever way it came.
         assert!((task.fitness(&track(&[(3.2, 5.0), (3.0, 5.1)])) - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_approach_across_a_target_costs_what_is_beyond_it() {
+        // 2.9 towards the first target at 3, then as far beyond it as it was before.
+        let across = track(&[(0.0, 4.0), (2.9, 5.0), (3.1, 5.1)]);
+        assert!((Task::approaches().fitness(&across) - 2.9).abs() < 1e-12);
+        let short = track(&[(0.0, 4.0), (2.0, 5.0), (1.5, 5.1)]);
+        assert_eq!(Task::approaches().fitness(&short), Task::default().fitness(&short));
     }
 
     #[test]

@@ -57,6 +57,9 @@ fn ten_thousand_genomes_of_all_sizes_have_the_fitness_of_the_plain_path_to_the_b
         (Task { targets: Vec::new(), ..Task::default() }, &genomes[9000..9100]),
         (many_targets(7), &genomes[8000..8100]),
         (many_targets(50), &genomes[8100..8140]),
+        (Task::approaches(), &genomes[..1000]),
+        (Task { targets: Vec::new(), ..Task::approaches() }, &genomes[9000..9010]),
+        (Task { targets: many_targets(7).targets, ..Task::approaches() }, &genomes[8000..8100]),
     ] {
         let episode = |(number, genome)| Episode { controller: genome, noise: noise(number) };
         let fast = model.score(&task, &Sensors::default(), part.iter().enumerate().map(episode));
@@ -132,6 +135,8 @@ fn rules_have_the_fitness_of_the_plain_path_to_the_bit() {
     assert_twins(&model, &Task { max_steps: 1, ..targets.clone() }, false);
     assert_twins(&model, &Task { targets: Vec::new(), end_height_cm: 3.0, ..targets.clone() }, false);
     assert_twins(&model, &Task { max_steps: 20, ..targets.clone() }, true);
+    let approaches = Task { targets: targets.targets.clone(), max_steps: 160, ..Task::approaches() };
+    assert_twins(&model, &approaches, false);
     // Stems that are longer than all data.
     assert_twins(&model, &Task { end_height_cm: 30.0, max_steps: 420, ..targets }, false);
     let disc = |x: f64, y: f64| Obstacle::Disc { centre: Point::new(x, y), radius_cm: 0.8 };

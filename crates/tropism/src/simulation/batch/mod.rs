@@ -24,6 +24,7 @@ use crate::control::NetworkController;
 use crate::plant::tip::TipModel;
 use crate::simd::{Kernel, dispatch};
 use crate::task::Task;
+use crate::task::targets::Reading;
 
 pub(super) use rules::fitness_of_rules;
 
@@ -40,6 +41,7 @@ const STRIDE: u32 = 16;
 pub(super) fn fitness_of_networks(
     model: &TipModel,
     task: &Task,
+    reading: Reading,
     episodes: &mut dyn Iterator<Item = Episode<&Genome>>,
 ) -> Vec<f64> {
     let mut batch = KEPT.take().unwrap_or_default();
@@ -48,14 +50,7 @@ pub(super) fn fitness_of_networks(
             NetworkController::of_tip(controller).expect("a genome of two inputs and one output");
         fitness_of(model, &mut controller, task, noise)
     };
-    // Room for the paper's three targets, or for 36.
-    let fitness = if let Some(task) = BatchTask::<3>::new(model, task) {
-        batch.run(&task, episodes, one_by_one)
-    } else if let Some(task) = BatchTask::<36>::new(model, task) {
-        batch.run(&task, episodes, one_by_one)
-    } else {
-        episodes.map(one_by_one).collect()
-    };
+    let fitness = batch.run(&BatchTask::new(model, task, reading), episodes, one_by_one);
     KEPT.set(Some(batch));
     fitness
 }
@@ -76,9 +71,9 @@ struct Batch {
 
 impl Batch {
     /// The fitness of each episode, in order; networks that cannot run in lanes run by `one_by_one`.
-    fn run<const TARGETS: usize>(
+    fn run(
         &mut self,
-        task: &BatchTask<'_, TARGETS>,
+        task: &BatchTask<'_>,
         episodes: &mut dyn Iterator<Item = Episode<&Genome>>,
         one_by_one: impl Fn(Episode<&Genome>) -> f64,
     ) -> Vec<f64> {
@@ -114,12 +109,12 @@ impl Batch {
 }
 
 /// Up to [`STRIDE`] steps of every plant.
-struct Stride<'a, const TARGETS: usize> {
+struct Stride<'a> {
     batch: &'a mut Batch,
-    task: &'a BatchTask<'a, TARGETS>,
+    task: &'a BatchTask<'a>,
 }
 
-impl<const TARGETS: usize> Kernel for Stride<'_, TARGETS> {
+impl Kernel for Stride<'_> {
     type Result = ();
 
     #[inline(always)]

@@ -9,8 +9,6 @@ use crate::control::TIP_INPUTS as INPUTS;
 
 #[repr(C, align(64))]
 pub(super) struct Networks {
-    /// The tip in double precision: the inputs of the networks.
-    inputs: [[f64; LANES]; INPUTS],
     /// The light: 1 for right.
     light: [u32; LANES],
     /// Input neurons (those with links from the inputs) of each network that fire, one bit each; the first is the output.
@@ -43,7 +41,6 @@ impl InputNeurons {
 impl Default for Networks {
     fn default() -> Self {
         Self {
-            inputs: [[0.0; LANES]; INPUTS],
             light: [0; LANES],
             fired: [0; LANES],
             watched: [0; LANES],
@@ -107,16 +104,12 @@ impl Networks {
     /// Every network's output: 1 for the right light.
     #[inline(always)]
     pub(super) fn decide(&mut self, plants: &Plants) -> &[u32; LANES] {
-        for lane in 0..LANES {
-            self.inputs[0][lane] = plants.x[lane].into();
-            self.inputs[1][lane] = plants.y[lane].into();
-        }
         self.fired = [0; LANES];
         for (place, (row, rest)) in self.neurons.iter().zip(&self.recurrent).enumerate() {
             let bit = 1 << place;
             for lane in 0..LANES {
                 let [of_x, of_y] = [row.weights[0][lane], row.weights[1][lane]];
-                let sensed = self.inputs[0][lane] * of_x + self.inputs[1][lane] * of_y;
+                let sensed = plants.tip[0][lane] * of_x + plants.tip[1][lane] * of_y;
                 let fires = sensed + rest[lane] > row.threshold[lane];
                 self.fired[lane] |= if fires { bit } else { 0 };
             }

@@ -9,8 +9,8 @@ use crate::plant::stem::{PlaneModel, Stems};
 use crate::random::{NoiseStream, Purpose};
 use crate::simd::{Kernel, dispatch};
 use crate::simulation::{Episode, cautious_fitness_of};
-use crate::task::targets::step_fitness;
-use crate::task::{Obstacles, Targets, Task};
+use crate::task::targets::Reading;
+use crate::task::{Obstacles, Task};
 
 /// Plants side by side. Chosen: two vectors of AVX2, one of AVX-512.
 const LANES: usize = 8;
@@ -28,9 +28,9 @@ pub(in crate::simulation) fn fitness_of_rules(
     episodes: &mut dyn Iterator<Item = Episode<PredictiveRule>>,
 ) -> Option<Vec<f64>> {
     // The hot loop is not generic: so it is compiled here, and not in each crate that searches.
-    let is_eq_9 = task.has_score::<Targets>();
-    let has_lanes = is_eq_9 && task.obstacles.is_empty() || task.has_score::<Obstacles>();
-    has_lanes.then(|| fitness_in_lanes(model, LaneTask { task, is_eq_9 }, beyond_cost_cm, episodes))
+    let reading = Reading::of(task);
+    let has_lanes = reading.is_some() && task.obstacles.is_empty() || task.has_score::<Obstacles>();
+    has_lanes.then(|| fitness_in_lanes(model, LaneTask { task, reading }, beyond_cost_cm, episodes))
 }
 
 fn fitness_in_lanes(
@@ -86,8 +86,8 @@ fn fitness_in_lanes(
 #[derive(Clone, Copy)]
 struct LaneTask<'t> {
     task: &'t Task,
-    /// Whether it is scored by eq. (9); else as targets behind obstacles.
-    is_eq_9: bool,
+    /// How it is scored by eq. (9); else as targets behind obstacles.
+    reading: Option<Reading>,
 }
 
 /// Plants, each with its rule. A plant without a number is done and grows on.
@@ -134,7 +134,7 @@ impl Batch<'_> {
 
     /// One step of every plant.
     #[inline(always)]
-    fn step(&mut self, LaneTask { task, is_eq_9 }: LaneTask<'_>) {
+    fn step(&mut self, LaneTask { task, reading }: LaneTask<'_>) {
         let (before, stem) = (self.tips(), &self.stems.body.stem);
         let lean = stem[END].aside[0] - stem[LOWER].aside[0];
         let aim = self.rules.aim(before[1]);
@@ -148,8 +148,8 @@ impl Batch<'_> {
         self.highest_cm = was_highest.max(after[1]);
         let was_nearest = self.nearest;
         self.look_at_obstacles(task);
-        let worth = if is_eq_9 {
-            step_fitness(&task.targets, self.highest_cm, before[0], after[0])
+        let worth = if let Some(reading) = reading {
+            reading.step_fitness(&task.targets, self.highest_cm, before[0], after[0])
         } else {
             let worth = task.worth_of_targets(was_highest, after);
             match (was_nearest, self.nearest) {
