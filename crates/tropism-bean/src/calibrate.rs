@@ -13,7 +13,7 @@
 
 use core::f64::consts::TAU;
 
-use tropism::evolve::CmaEs;
+use tropism::CmaEs;
 use tropism::geometry::Point;
 use tropism::lamps::Light;
 use tropism::math::{self, matrix};

@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use super::champion::{Choice, Trial};
-use super::cma_es::CmaEs;
+use crate::CmaEs;
 use crate::check::{OutOfRange, within};
 use crate::control::{Avoidance, PredictiveRule};
 use crate::math::statistics;
