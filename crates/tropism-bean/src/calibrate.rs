@@ -37,16 +37,16 @@ const FITTED: usize = 4;
 /// Those that move the tip and differ between plants: the fitted ones, and the age at which growth slows, which is left at
 /// the species' own but is easily mistaken for how fast the plant grows.
 const MOVING: usize = FITTED + 1;
-/// A track must have so many measured steps.
+/// A track must have so many measured steps. Chosen by hand: some four hours.
 const FEWEST: usize = 50;
-/// First standard deviation of the search, as a logarithm: most parameters of a species vary by as much. And the most that a
-/// parameter may move, chosen: a factor of five.
+/// First standard deviation of the search, as a logarithm. Chosen: about that of plants of a species. And the most that a
+/// parameter may move. Chosen by hand: a factor of five.
 const INITIAL_SD: f64 = 0.2;
 const FARTHEST: f64 = 1.6;
 /// Plants that the search grows at once: 4 + 3 ln(4), the default of Hansen's tutorial.
 const POPULATION: usize = 8;
-/// The search ends after so many generations, or at this standard deviation. Chosen: the deviation is a fiftieth of most intervals
-/// of estimates.
+/// The search ends after so many generations, or at this standard deviation. Chosen by hand: far below any interval of an
+/// estimate.
 const GENERATIONS: u32 = 40;
 const CONVERGED_SD: f64 = 0.004;
 /// Time between two looks at a plant that grows to its first measured length in the dark, in min. Chosen by hand: it
@@ -55,14 +55,15 @@ const WAITING_MIN: f64 = 5.0;
 /// Chance goes its own way for hours, so that a reading every five minutes is no news: a track counts as one reading in so
 /// many hours. Chosen so that intervals hold the truth as often as they say.
 const NEWS_H: f64 = 4.0;
-/// Step of a numerical derivative, as a logarithm.
+/// Step of a numerical derivative, as a logarithm. Chosen by hand.
 const NUDGE: f64 = 0.05;
 /// 90 % of a normal distribution lie within so many standard deviations.
 const NINETY: f64 = 1.645;
-/// Periods of nutation that are looked at, in standard deviations of the species to either side, and their number.
+/// Periods of nutation that are looked at, in standard deviations of the species to either side, and their number. Chosen
+/// by hand.
 const PERIODS: f64 = 3.5;
 const BANDS: usize = 64;
-/// Nutation keeps no strict time, which spreads its line over so much of the logarithm of the period.
+/// Nutation keeps no strict time, which spreads its line over so much of the logarithm of the period. Chosen by hand.
 const LINE: f64 = 0.05;
 
 /// An estimate with its 90 % interval.

@@ -35,7 +35,7 @@ const BLOCK: usize = 8;
 const GROWTH_EDGE_CM: f64 = 1.0;
 /// Density of the stem, in g/cm^3. Chosen by hand: a little below water.
 const DENSITY: f64 = 0.95;
-/// Gravitational acceleration, in cm/s^2.
+/// Gravitational acceleration (standard gravity), in cm/s^2.
 const GRAVITY: f64 = 981.0;
 /// Distance between the wall and the midline of a stem that touches it, in cm. Chosen by hand.
 const TOUCH_CM: f64 = 0.5;

@@ -5,7 +5,8 @@
 //! and [`shifts::window_mean`] what its table holds, straight from the equations. [`stem`] is a model of ours of the whole stem,
 //! in the plane and in space, which remembers the light and differs from plant to plant.
 //!
-//! A model of one's own implements [`PlantModel`], and [`FittedModel`] if it is made of measured plants and kept in a file; evolution, simulation and figures take it as they take these.
+//! A model of one's own implements [`PlantModel`], and [`FittedModel`] if it is made of measured plants and kept in a file;
+//! evolution, simulation and figures take it as they take these.
 //!
 //! # References
 //! Wahby et al. 2016, section 2.2.3, eqs. (1)-(8).

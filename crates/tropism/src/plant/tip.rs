@@ -20,7 +20,7 @@ use crate::track::Track;
 
 pub use super::config::{Empty, Growth, TipModelConfig};
 
-/// Coordinates beyond this are no plant; it bounds the table's memory.
+/// Coordinates beyond this are no plant. Chosen: far above every plant; it bounds the table's memory.
 const FARTHEST_CM: f64 = 1000.0;
 
 /// The paper's model of how a tip moves.
