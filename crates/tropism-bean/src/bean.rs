@@ -33,8 +33,6 @@ use super::solid::ContactPoint;
 
 /// Early elongation of a grown seedling, as a multiple of `growth.rate`. Tuned by hand on the paper's mean growth.
 const EARLY_GROWTH: f64 = 1.13;
-/// Share of elongation that a new seedling lacks, and the time constant with which it appears, in h. Chosen by hand.
-const SEEDLING: (f64, f64) = (0.4, 8.0);
 /// Time scale of the logistic lengthening of the motile zone, in h. Tuned by hand: the paper's fast phase from step 300.
 const ZONE_GROWTH_H: f64 = 4.0;
 /// Leaf length before unfolding as a share of the final length, delay of leaf growth after unfolding, and its time scale,
@@ -382,10 +380,8 @@ impl Bean {
     /// Elongation at this age, in cm/h.
     fn elongation(&self) -> f64 {
         let growth = &self.plant.growth;
-        let (lack, time_h) = SEEDLING;
-        let young = 1.0 - lack * math::exp(-self.age_h / time_h);
         let old = math::logistic((growth.slows_h - self.age_h) / growth.slowing_h);
-        FILE_RATES_PER_H * growth.rate * (growth.late + (EARLY_GROWTH - growth.late) * young * old)
+        FILE_RATES_PER_H * growth.rate * (growth.late + (EARLY_GROWTH - growth.late) * old)
     }
 
     /// Motility at this age as a share of that of a young stem.

@@ -2,7 +2,7 @@
 
 use tropism::check::{OutOfRange, ensure};
 
-use super::{Individual, Species, Spread};
+use super::{Individual, Internodal, Species, Spread};
 
 impl Species {
     /// Checks that every value lies in its range.
@@ -15,158 +15,65 @@ impl Species {
     }
 }
 
-fn share(key: &str, value: f64) -> Result<(), OutOfRange> {
-    ensure((0.0..=1.0).contains(&value), key, value, "a share between 0 and 1")
+/// Ensures that the value of each key of a struct lies in a range.
+macro_rules! ensure_in {
+    ($of:ident, $range:expr, $wanted:literal: $($table:ident.$key:ident)+) => {
+        for (key, value) in [$((concat!(stringify!($table), ".", stringify!($key)), $of.$table.$key)),+] {
+            ensure(($range).contains(&value), key, value, $wanted)?;
+        }
+    };
 }
 
 impl Individual {
     fn check(&self) -> Result<(), OutOfRange> {
-        const RATE: &str = "between 0 and 10 rad/cm/h";
-        const TILT: &str = "between -1.5 and 1.5";
-        let Self { growth, motility, tropism, nutation, stem, leaves, pauses, fluctuation, internodal } =
-            self;
-        for (key, value) in [
-            ("growth.start", growth.start),
-            ("growth.zone", growth.zone),
-            ("motility.zone_young", motility.zone_young),
-            ("motility.zone", motility.zone),
-            ("motility.edge", motility.edge),
-            ("stem.modulus_length", stem.modulus_length),
-            ("leaves.length", leaves.length),
-        ] {
-            ensure((0.05..=60.0).contains(&value), key, value, "a length between 0.05 and 60 cm")?;
-        }
-        for (key, value) in [
-            ("growth.slows_h", growth.slows_h),
-            ("growth.slowing_h", growth.slowing_h),
-            ("motility.zone_h", motility.zone_h),
-            ("motility.mature_h", motility.mature_h),
-            ("motility.maturing_h", motility.maturing_h),
-            ("leaves.unfold_h", leaves.unfold_h),
-            ("leaves.swing_period_h", leaves.swing_period_h),
-            ("pauses.unfolding_h", pauses.unfolding_h),
-            ("pauses.trifoliate_h", pauses.trifoliate_h),
-            ("fluctuation.motility_h", fluctuation.motility_h),
-            ("fluctuation.growth_h", fluctuation.growth_h),
-        ] {
-            ensure((0.1..=1e4).contains(&value), key, value, "between 0.1 and 10000 h")?;
-        }
-        for (key, value) in [
-            ("tropism.light_memory_h", tropism.light_memory_h),
-            ("tropism.gravity_memory_h", tropism.gravity_memory_h),
-            ("stem.lag_h", stem.lag_h),
-        ] {
-            ensure((0.005..=6.0).contains(&value), key, value, "between 0.005 h (18 s) and 6 h")?;
-        }
+        ensure_in!(self, 0.05..=60.0, "a length between 0.05 and 60 cm": growth.start growth.zone motility.zone_young
+            motility.zone motility.edge stem.modulus_length leaves.length);
+        ensure_in!(self, 0.1..=1e4, "between 0.1 and 10000 h": growth.slows_h growth.slowing_h motility.zone_h
+            motility.mature_h motility.maturing_h leaves.unfold_h leaves.swing_period_h pauses.unfolding_h
+            pauses.trifoliate_h fluctuation.motility_h fluctuation.growth_h);
+        ensure_in!(self, 0.005..=6.0, "between 0.005 h (18 s) and 6 h": tropism.light_memory_h tropism.gravity_memory_h
+            stem.lag_h);
         // In minutes it would be beyond a day.
-        let period = nutation.period_h;
-        ensure((0.1..=24.0).contains(&period), "nutation.period_h", period, "between 0.1 and 24 h")?;
-        let fall = leaves.cotyledons_h;
-        ensure((0.0..=1e4).contains(&fall), "leaves.cotyledons_h", fall, "between 0 and 10000 h")?;
-        for (key, value) in [
-            ("growth.late", growth.late),
-            ("motility.late", motility.late),
-            ("tropism.apical", tropism.apical),
-            ("nutation.roundness", nutation.roundness),
-            ("pauses.motility", pauses.motility),
-        ] {
-            share(key, value)?;
-        }
-        for (key, value) in [("stem.radius_apex", stem.radius_apex), ("stem.radius_base", stem.radius_base)] {
-            ensure((0.01..=1.0).contains(&value), key, value, "a radius between 0.01 and 1 cm")?;
-        }
-        for (key, value) in
-            [("stem.modulus_mpa", stem.modulus_mpa), ("stem.modulus_mature_mpa", stem.modulus_mature_mpa)]
-        {
-            ensure((1.0..=1e5).contains(&value), key, value, "between 1 and 100000 MPa")?;
-        }
-        for (key, value) in [("stem.tip_g", stem.tip_g), ("leaves.mass_g", leaves.mass_g)] {
-            ensure((0.0..=50.0).contains(&value), key, value, "between 0 and 50 g")?;
-        }
-        for (key, value) in [("tropism.light", tropism.light), ("tropism.gravity", tropism.gravity)] {
-            ensure((0.0..=10.0).contains(&value), key, value, RATE)?;
-        }
-        for (key, value) in [
-            ("tropism.bias_x", tropism.bias_x),
-            ("tropism.bias_z", tropism.bias_z),
-            ("stem.tilt_x", stem.tilt_x),
-            ("stem.tilt_z", stem.tilt_z),
-            ("leaves.swing", leaves.swing),
-        ] {
-            ensure(value.abs() <= 1.5, key, value, TILT)?;
-        }
-        for (key, value) in [
-            ("nutation.azimuth", nutation.azimuth),
-            ("leaves.azimuth", leaves.azimuth),
-            ("leaves.swing_phase", leaves.swing_phase),
-        ] {
-            ensure(value.abs() <= 10.0, key, value, "an angle between -10 and 10 rad")?;
-        }
-        for (key, value) in [
-            ("fluctuation.motility", fluctuation.motility),
-            ("fluctuation.growth", fluctuation.growth),
-            ("fluctuation.curvature", fluctuation.curvature),
-            ("fluctuation.phase", fluctuation.phase),
-            ("nutation.curvature", nutation.curvature),
-            ("pauses.episodes_per_h", pauses.episodes_per_h),
-        ] {
-            ensure((0.0..=2.0).contains(&value), key, value, "between 0 and 2")?;
-        }
-        ensure(
-            (0.0..=0.2).contains(&growth.rate),
-            "growth.rate",
-            growth.rate,
-            "0 to 0.2 cm per five minutes",
-        )?;
-        let exponent = tropism.light_exponent;
-        ensure((0.0..=2.0).contains(&exponent), "tropism.light_exponent", exponent, "between 0 and 2")?;
-        let balance = tropism.balance;
-        ensure((0.01..=100.0).contains(&balance), "tropism.balance", balance, "between 0.01 and 100")?;
-        ensure(nutation.hand.abs() == 1.0, "nutation.hand", nutation.hand, "1 or -1")?;
-        internodal
-            .as_ref()
-            .map_or(Ok(()), |internodal| internodal.check().map_err(|error| error.in_table("internodal")))
+        ensure_in!(self, 0.1..=24.0, "between 0.1 and 24 h": nutation.period_h);
+        ensure_in!(self, 0.0..=1e4, "between 0 and 10000 h": leaves.cotyledons_h);
+        ensure_in!(self, 0.0..=1.0, "a share between 0 and 1": growth.late motility.late tropism.apical
+            nutation.roundness pauses.motility);
+        ensure_in!(self, 0.01..=1.0, "a radius between 0.01 and 1 cm": stem.radius_apex stem.radius_base);
+        ensure_in!(self, 1.0..=1e5, "between 1 and 100000 MPa": stem.modulus_mpa stem.modulus_mature_mpa);
+        ensure_in!(self, 0.0..=50.0, "between 0 and 50 g": stem.tip_g leaves.mass_g);
+        ensure_in!(self, 0.0..=10.0, "between 0 and 10 rad/cm/h": tropism.light tropism.gravity);
+        ensure_in!(self, -1.5..=1.5, "between -1.5 and 1.5": tropism.bias_x tropism.bias_z stem.tilt_x stem.tilt_z
+            leaves.swing);
+        ensure_in!(self, -10.0..=10.0, "an angle between -10 and 10 rad": nutation.azimuth leaves.azimuth
+            leaves.swing_phase);
+        ensure_in!(self, 0.0..=2.0, "between 0 and 2": fluctuation.motility fluctuation.growth fluctuation.curvature
+            fluctuation.phase nutation.curvature pauses.episodes_per_h);
+        ensure_in!(self, 0.0..=0.2, "0 to 0.2 cm per five minutes": growth.rate);
+        ensure_in!(self, 0.0..=2.0, "between 0 and 2": tropism.light_exponent);
+        ensure_in!(self, 0.01..=100.0, "between 0.01 and 100": tropism.balance);
+        ensure_in!(self, [-1.0, 1.0], "1 or -1": nutation.hand);
+        let internodal = self.internodal.as_ref().map_or(Ok(()), Internodal::check);
+        internodal.map_err(|error| error.in_table("internodal"))
     }
 }
 
 impl Spread {
     fn check(&self) -> Result<(), OutOfRange> {
-        for (key, value) in [
-            ("spread.growth_rate", self.growth_rate),
-            ("spread.growth_zone", self.growth_zone),
-            ("spread.growth_slows_h", self.growth_slows_h),
-            ("spread.motility_zone_young", self.motility_zone_young),
-            ("spread.motility_zone", self.motility_zone),
-            ("spread.motility_zone_h", self.motility_zone_h),
-            ("spread.motility_mature_h", self.motility_mature_h),
-            ("spread.motility_maturing_h", self.motility_maturing_h),
-            ("spread.tropism_light", self.tropism_light),
-            ("spread.tropism_light_memory_h", self.tropism_light_memory_h),
-            ("spread.tropism_gravity", self.tropism_gravity),
-            ("spread.tropism_gravity_memory_h", self.tropism_gravity_memory_h),
-            ("spread.tropism_balance", self.tropism_balance),
-            ("spread.tropism_bias_x", self.tropism_bias_x),
-            ("spread.tropism_bias_z", self.tropism_bias_z),
-            ("spread.nutation_period_h", self.nutation_period_h),
-            ("spread.nutation_curvature", self.nutation_curvature),
-            ("spread.nutation_roundness", self.nutation_roundness[0]),
-            ("spread.nutation_roundness", self.nutation_roundness[1]),
-            ("spread.nutation_other_hand", self.nutation_other_hand),
-            ("spread.stem_tilt", self.stem_tilt),
-            ("spread.stem_modulus", self.stem_modulus),
-            ("spread.stem_radius", self.stem_radius),
-            ("spread.stem_tip_g", self.stem_tip_g),
-            ("spread.leaves_length", self.leaves_length),
-            ("spread.leaves_mass_g", self.leaves_mass_g),
-            ("spread.leaves_unfold_h", self.leaves_unfold_h),
-            ("spread.leaves_swing_period_h", self.leaves_swing_period_h),
-            ("spread.leaves_swing", self.leaves_swing),
-            ("spread.pauses_unfolding_h", self.pauses_unfolding_h),
-            ("spread.pauses_trifoliate_h", self.pauses_trifoliate_h),
-        ] {
-            share(key, value)?;
+        macro_rules! shares {
+            ($($key:ident)+) => {
+                [$((concat!("spread.", stringify!($key)), self.$key)),+]
+            };
         }
         let [least, most] = self.nutation_roundness;
+        let roundness = [least, most].map(|share| ("spread.nutation_roundness", share));
+        let shares = shares!(growth_rate growth_zone growth_slows_h motility_zone_young motility_zone motility_zone_h
+            motility_mature_h motility_maturing_h tropism_light tropism_light_memory_h tropism_gravity
+            tropism_gravity_memory_h tropism_balance tropism_bias_x tropism_bias_z nutation_period_h nutation_curvature
+            nutation_other_hand stem_tilt stem_modulus stem_radius stem_tip_g leaves_length leaves_mass_g
+            leaves_unfold_h leaves_swing_period_h leaves_swing pauses_unfolding_h pauses_trifoliate_h);
+        for (key, value) in shares.into_iter().chain(roundness) {
+            ensure((0.0..=1.0).contains(&value), key, value, "a share between 0 and 1")?;
+        }
         ensure(least <= most, "spread.nutation_roundness", least, "the least before the most")
     }
 }

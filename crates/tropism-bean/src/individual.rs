@@ -241,7 +241,7 @@ impl Default for Motility {
 impl Default for Tropism {
     fn default() -> Self {
         Self {
-            light: 0.135,
+            light: 0.16,
             light_exponent: 0.40,
             apical: 0.3,
             light_memory_h: 12.0 / 60.0,

@@ -21,17 +21,17 @@ use super::{Species, Trial};
 /// Plants that lean to the side after each delay. Chosen by hand.
 const BEANS: u64 = 4;
 
-/// Steps of an experiment: two days.
+/// Steps of an experiment: two days. Chosen by hand.
 const STEPS: u32 = 600;
 
-/// Steps between two delays, three hours, and steps that a plant has to lean at least.
+/// Steps between two delays, three hours, and steps that a plant has to lean at least. Chosen by hand.
 const DELAY: u32 = 36;
 const LEANING: u32 = 60;
 
-/// Height from which on a plant has a form to speak of, in cm: twice that of a seedling.
+/// Height from which on a plant has a form to speak of, in cm. Chosen: twice that of a seedling.
 const GROWN_CM: f64 = 8.0;
 
-/// The highest tip whose stem is looked at, in cm: higher ones hang.
+/// The highest tip whose stem is looked at, in cm. Chosen by hand: higher ones hang.
 const HIGHEST_CM: f64 = 17.0;
 
 /// A controller that keeps the plant upright and then leans it to the right for good.

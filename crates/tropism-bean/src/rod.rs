@@ -70,20 +70,35 @@ pub(super) struct Forcing {
     pub(super) leaf_mass: f64,
 }
 
-/// The state of a segment between two ticks; vectors are towards d1 and d2.
-#[derive(Clone, Debug, Default)]
-struct Segment {
+/// The state of a segment between two ticks, or that of a segment of as many plants as a number has lanes; vectors are towards d1
+/// and d2.
+#[derive(Clone, Copy, Debug, Default)]
+struct Segment<R = f64> {
     /// Length, in cm.
-    length: f64,
+    length: R,
     /// Actual curvature, in 1/cm, and how fast it changed in the last sub-step, in 1/cm/h.
-    curvature: [f64; 2],
-    bending: [f64; 2],
+    curvature: [R; 2],
+    bending: [R; 2],
     /// Rest curvature, which differential growth changes, in 1/cm.
-    rest: [f64; 2],
+    rest: [R; 2],
     /// Stages of memory, in 1/cm/h: see [`Filter`](chains::Filter).
-    memory: [[f64; 2]; 3],
-    /// Number of its internode, from 0 at the base.
+    memory: [[R; 2]; 3],
+    /// Number of its internode, from 0 at the base; not used in lanes.
     internode: u32,
+}
+
+impl<R: Copy> Segment<R> {
+    fn numbers(&self) -> [R; 13] {
+        let Self { length, curvature: [a, b], bending: [c, d], rest: [e, f], memory, .. } = *self;
+        let [[g, h], [i, j], [k, l]] = memory;
+        [length, a, b, c, d, e, f, g, h, i, j, k, l]
+    }
+
+    fn numbers_mut(&mut self) -> [&mut R; 13] {
+        let Self { length, curvature: [a, b], bending: [c, d], rest: [e, f], memory, .. } = self;
+        let [[g, h], [i, j], [k, l]] = memory;
+        [length, a, b, c, d, e, f, g, h, i, j, k, l]
+    }
 }
 
 /// The stem as a chain of segments, base first.
@@ -229,7 +244,7 @@ impl Rod {
         while i < self.segments.len() {
             if self.segments[i].length > MAX_SEGMENT_CM && self.segments.len() < MAX_SEGMENTS {
                 self.segments[i].length *= 0.5;
-                self.segments.insert(i, self.segments[i].clone());
+                self.segments.insert(i, self.segments[i]);
                 if let Some(contact) = &mut self.contact {
                     contact.split(i);
                 }

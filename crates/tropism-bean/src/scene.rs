@@ -220,17 +220,8 @@ fn lambert(cosine: f64, wrap: f64) -> f64 {
 
 /// The place from which a lamp at `centre` shines: the side of its coil that faces the plant along z.
 fn bulb([x, y, z]: Vec3) -> Vec3 {
-    [
-        x,
-        y,
-        if z < 0.0 {
-            z + LAMP_RADIUS
-        } else if z > 0.0 {
-            z - LAMP_RADIUS
-        } else {
-            z
-        },
-    ]
+    let towards_plant = if z == 0.0 { 0.0 } else { -z.signum() };
+    [x, y, z + LAMP_RADIUS * towards_plant]
 }
 
 #[cfg(test)]
@@ -253,22 +244,15 @@ mod tests {
     #[test]
     fn light_falls_off_and_adds_up() {
         let scene = Scene::default();
-        let (paper, up) = (Layout::wahby2016(), [0.0, 1.0, 0.0]);
-        let low = Lighting::new(&scene, &paper, None, true, View::Front).at([0.0, 2.0, 0.0], up, 0.0);
-        let high = Lighting::new(&scene, &paper, None, true, View::Front).at([0.0, 25.0, 0.0], up, 0.0);
+        let light = |lit, flash, place, normal| {
+            let lighting = Lighting::new(&scene, &Layout::wahby2016(), lit, flash, View::Front);
+            lighting.at(place, normal, 0.0)
+        };
+        let [low, high] = [2.0, 25.0].map(|y| light(None, true, [0.0, y, 0.0], [0.0, 1.0, 0.0]));
         assert!(high[1] > 1.4 * low[1], "{high:?} {low:?}");
-        let place = [3.0, 15.0, 0.0];
-        let lamp = Lighting::new(&scene, &paper, Some(Light::RIGHT), false, View::Front).at(
-            place,
-            [1.0, 0.0, 0.0],
-            0.0,
-        );
-        let flash = Lighting::new(&scene, &paper, None, true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
-        let both = Lighting::new(&scene, &paper, Some(Light::RIGHT), true, View::Front).at(
-            place,
-            [1.0, 0.0, 0.0],
-            0.0,
-        );
+        let right = |lit, flash| light(lit, flash, [3.0, 15.0, 0.0], [1.0, 0.0, 0.0]);
+        let lamp = right(Some(Light::RIGHT), false);
+        let (flash, both) = (right(None, true), right(Some(Light::RIGHT), true));
         for band in 0..3 {
             assert!((lamp[band] + flash[band] - both[band]).abs() < 1e-12);
         }

@@ -209,7 +209,7 @@ mod tests {
         let draws: Vec<f64> = (0..4000).map(|seed| species.draw(seed, 1.0).tropism.light).collect();
         let mean = draws.iter().sum::<f64>() / 4000.0;
         let sd = (draws.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 4000.0).sqrt();
-        assert!((mean / 0.135 - 1.0).abs() < 0.01, "{mean}");
+        assert!((mean / 0.16 - 1.0).abs() < 0.01, "{mean}");
         assert!((sd / mean / 0.19 - 1.0).abs() < 0.05, "{}", sd / mean);
         let left_turners = (0..4000).filter(|&seed| species.draw(seed, 1.0).nutation.hand < 0.0).count();
         assert!((340..460).contains(&left_turners), "{left_turners}");

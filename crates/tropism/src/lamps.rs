@@ -98,11 +98,15 @@ pub const fn name(light: Option<Light>) -> &'static str {
 /// # Errors
 /// [`UnknownLight`] for any other word.
 pub fn parse(word: &str) -> Result<Option<Light>, UnknownLight> {
+    parse_among(&STANDARD_NAMES, word)
+}
+
+fn parse_among(names: &[&str], word: &str) -> Result<Option<Light>, UnknownLight> {
     if word == DARK {
         return Ok(None);
     }
-    let index = STANDARD_NAMES.iter().position(|name| *name == word);
-    index.and_then(Light::new).map(Some).ok_or_else(|| UnknownLight::new(word, &STANDARD_NAMES))
+    let index = names.iter().position(|name| *name == word);
+    index.and_then(Light::new).map(Some).ok_or_else(|| UnknownLight::new(word, names))
 }
 
 /// A word that names no lamp of a layout.
@@ -266,12 +270,8 @@ impl Layout {
     /// # Errors
     /// [`UnknownLight`] names the word and the names of this layout.
     pub fn parse(&self, word: &str) -> Result<Option<Light>, UnknownLight> {
-        if word == DARK {
-            return Ok(None);
-        }
-        let index = self.lamps.iter().position(|lamp| lamp.name == word);
-        let names = || self.lamps.iter().map(|lamp| lamp.name.as_str()).collect::<Vec<_>>();
-        index.and_then(Light::new).map(Some).ok_or_else(|| UnknownLight::new(word, &names()))
+        let names: Vec<&str> = self.lamps.iter().map(|lamp| lamp.name.as_str()).collect();
+        parse_among(&names, word)
     }
 
     /// The light that `light` is in a mirror (x changes sign); `None` where no lamp stands at the mirrored place.

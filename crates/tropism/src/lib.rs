@@ -55,6 +55,7 @@ mod file;
 pub mod math;
 pub mod simd;
 pub mod random;
+mod cma_es;
 
 pub mod lamps;
 pub mod geometry;
@@ -72,6 +73,7 @@ pub mod rig;
 pub mod evolve;
 pub mod prelude;
 
+pub use cma_es::CmaEs;
 pub use control::{Controller, Sensors};
 pub use environment::Environment;
 pub use evolve::{Champion, Evolution};

@@ -378,7 +378,7 @@ impl Obstacle {
     }
 }
 
-/// Most shares that [`Obstacle::shares_nearest`] gives: those of a box.
+/// Most shares that [`Obstacle::shares_nearest`] gives: those of a box, two ends, four corners and six pairs of sides.
 const MOST_SHARES: usize = 12;
 
 #[inline(always)]

@@ -436,33 +436,24 @@ impl Track {
         for record in table.records() {
             let record = record?;
             let line = record.position().map_or(0, csv::Position::line);
-            let number =
-                |at: usize, column, wanted| {
-                    record[at].parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| {
-                        TrackError::Value { line, column, found: record[at].to_owned(), wanted }
-                    })
-                };
-            let tip = Point::new(
-                number(x, "tip_x_cm", "a finite number of cm")?,
-                number(y, "tip_y_cm", "a finite number of cm")?,
-            );
-            let row = track.samples.len();
+            let refused = |column, found: &str, wanted| TrackError::Value {
+                line,
+                column,
+                found: found.to_owned(),
+                wanted,
+            };
+            let number = |at: usize, column, wanted| {
+                let value = record[at].parse().ok().filter(|value: &f64| value.is_finite());
+                value.ok_or_else(|| refused(column, &record[at], wanted))
+            };
+            let cm = "a finite number of cm";
+            let tip = Point::new(number(x, "tip_x_cm", cm)?, number(y, "tip_y_cm", cm)?);
             let number_of_step = match step {
-                None => row as u32,
-                Some(at) => record[at].parse().map_err(|_| TrackError::Value {
-                    line,
-                    column: "step",
-                    found: record[at].to_owned(),
-                    wanted: "a whole number",
-                })?,
+                None => track.samples.len() as u32,
+                Some(at) => record[at].parse().map_err(|_| refused("step", &record[at], "a whole number"))?,
             };
             if track.samples.last().is_some_and(|last: &Sample| last.step >= number_of_step) {
-                return Err(TrackError::Value {
-                    line,
-                    column: "step",
-                    found: number_of_step.to_string(),
-                    wanted: "a step after the row above",
-                });
+                return Err(refused("step", &number_of_step.to_string(), "a step after the row above"));
             }
             track.samples.push(Sample {
                 step: number_of_step,
@@ -476,12 +467,10 @@ impl Track {
                 light: layout.parse(&record[lit]).map_err(|source| TrackError::Light { line, source })?,
                 quality: match quality {
                     None => Quality::Measured,
-                    Some(at) => record[at].parse().map_err(|_| TrackError::Value {
-                        line,
-                        column: "quality",
-                        found: record[at].to_owned(),
-                        wanted: "measured, held or simulated",
-                    })?,
+                    Some(at) => {
+                        let refusal = |_| refused("quality", &record[at], "measured, held or simulated");
+                        record[at].parse().map_err(refusal)?
+                    }
                 },
             });
             for (column, &at) in texts.iter_mut().zip(&further) {

@@ -17,60 +17,66 @@ use super::pose::Pose;
 use super::render::Renderer;
 use super::view::View;
 
-/// A fault of a photograph.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Fault {
+/// The faults and their rates. Of each: what it is, its name, its key, and its duration in photographs.
+macro_rules! faults {
+    ($($(#[$doc:meta])+ $fault:ident $key:ident $photographs:literal;)+) => {
+        /// A fault of a photograph.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum Fault {
+            $($(#[$doc])+ $fault,)+
+        }
+
+        impl Fault {
+            /// Duration, in photographs.
+            #[must_use]
+            pub const fn duration(self) -> u64 {
+                match self {
+                    $(Self::$fault => $photographs,)+
+                }
+            }
+        }
+
+        /// Fault rates: the probability per photograph, 0 to 1, that each fault begins. Default: 0.
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct Faults {
+            $(#[doc = concat!("Rate of [`Fault::", stringify!($fault), "`].")] pub $key: f64,)+
+        }
+
+        impl Faults {
+            fn rates(&self) -> impl Iterator<Item = (&'static str, Fault, f64)> {
+                [$((stringify!($key), Fault::$fault, self.$key)),+].into_iter()
+            }
+        }
+    };
+}
+
+// In the order in which they act on a photograph. Durations are chosen by hand.
+faults! {
     /// The lit lamp has failed: neither plant nor camera gets its light.
-    LampFails,
+    LampFails lamp_fails 6;
     /// The flash was not lit.
-    MissedFlash,
+    MissedFlash missed_flash 1;
     /// A leaf hangs in front of the tip.
-    LeafAcross,
+    LeafAcross leaf_across 2;
     /// The camera was displaced for an hour.
-    Nudged,
+    Nudged nudged 12;
     /// Lens flare of a lamp over the tip.
-    Glare,
+    Glare glare 3;
     /// A fly sits on the lens.
-    Fly,
+    Fly fly 2;
     /// Water condenses on the lens.
-    Condensation,
+    Condensation condensation 8;
     /// The file was cut short.
-    HalfWritten,
+    HalfWritten half_written 1;
     /// The camera handed out its last photograph once more.
-    Repeated,
+    Repeated repeated 1;
     /// There is no photograph at all.
-    Dropped,
+    Dropped dropped 1;
 }
 
 impl Fault {
-    /// Every fault, in the order in which they act on a photograph.
-    pub const ALL: [Self; 10] = [
-        Self::LampFails,
-        Self::MissedFlash,
-        Self::LeafAcross,
-        Self::Nudged,
-        Self::Glare,
-        Self::Fly,
-        Self::Condensation,
-        Self::HalfWritten,
-        Self::Repeated,
-        Self::Dropped,
-    ];
-
-    /// Duration, in photographs. Chosen by hand.
-    #[must_use]
-    pub const fn duration(self) -> u64 {
-        match self {
-            Self::Nudged => 12,
-            Self::Condensation => 8,
-            Self::LampFails => 6,
-            Self::Glare => 3,
-            Self::LeafAcross | Self::Fly => 2,
-            Self::MissedFlash | Self::HalfWritten | Self::Repeated | Self::Dropped => 1,
-        }
-    }
-
     /// Whether the fault is optical: it changes the picture on its way to the sensor.
     const fn is_optical(self) -> bool {
         matches!(self, Self::Nudged | Self::Glare | Self::Fly | Self::Condensation)
@@ -81,32 +87,6 @@ impl Fault {
     pub const fn is_shared(self) -> bool {
         matches!(self, Self::LampFails | Self::MissedFlash)
     }
-}
-
-/// Fault rates: the probability per photograph, 0 to 1, that each fault begins. Default: 0.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Faults {
-    /// Rate of [`Fault::LampFails`].
-    pub lamp_fails: f64,
-    /// Rate of [`Fault::MissedFlash`].
-    pub missed_flash: f64,
-    /// Rate of [`Fault::LeafAcross`].
-    pub leaf_across: f64,
-    /// Rate of [`Fault::Nudged`].
-    pub nudged: f64,
-    /// Rate of [`Fault::Glare`].
-    pub glare: f64,
-    /// Rate of [`Fault::Fly`].
-    pub fly: f64,
-    /// Rate of [`Fault::Condensation`].
-    pub condensation: f64,
-    /// Rate of [`Fault::HalfWritten`].
-    pub half_written: f64,
-    /// Rate of [`Fault::Repeated`].
-    pub repeated: f64,
-    /// Rate of [`Fault::Dropped`].
-    pub dropped: f64,
 }
 
 /// A fault of one photograph.
@@ -127,33 +107,18 @@ impl FaultEvent {
 }
 
 impl Faults {
-    fn rates(&self) -> [(&'static str, Fault, f64); 10] {
-        [
-            ("lamp_fails", Fault::LampFails, self.lamp_fails),
-            ("missed_flash", Fault::MissedFlash, self.missed_flash),
-            ("leaf_across", Fault::LeafAcross, self.leaf_across),
-            ("nudged", Fault::Nudged, self.nudged),
-            ("glare", Fault::Glare, self.glare),
-            ("fly", Fault::Fly, self.fly),
-            ("condensation", Fault::Condensation, self.condensation),
-            ("half_written", Fault::HalfWritten, self.half_written),
-            ("repeated", Fault::Repeated, self.repeated),
-            ("dropped", Fault::Dropped, self.dropped),
-        ]
-    }
-
     /// Checks that every rate is a probability.
     ///
     /// # Errors
     /// [`OutOfRange`] names the first that is not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        self.rates().into_iter().try_for_each(|(key, _, rate)| {
+        self.rates().try_for_each(|(key, _, rate)| {
             let is_probability = (0.0..=1.0).contains(&rate);
             ensure(is_probability, format!("faults.{key}"), rate, "a probability per photograph, 0 to 1")
         })
     }
 
-    /// Faults of photograph number `frame` of the front camera under `seed`, in the order of [`Fault::ALL`], each at most once.
+    /// Faults of photograph number `frame` of the front camera under `seed`, in the order of [`Fault`], each at most once.
     ///
     /// ```
     /// use tropism_bean::fault::{Fault, Faults};
@@ -178,7 +143,6 @@ impl Faults {
             (uniform(&mut rng) < rate).then(|| rng.random())
         };
         self.rates()
-            .into_iter()
             .filter(|&(_, _, rate)| rate > 0.0)
             .filter_map(|(_, fault, rate)| {
                 // The youngest counts: a camera that is pushed again stands where it was pushed last.

@@ -122,49 +122,16 @@ impl Background {
 
     /// Erases the parts of a painted plant that a lamp or a solid occludes.
     pub(super) fn mask(&self, body: &Body, canvas: &mut Canvas<'_>) {
-        self.mask_by_solids(body, canvas);
-        let (columns, rows) = (canvas.pixmap.width() as usize, canvas.pixmap.height() as usize);
-        let ([left, top], frame) = (canvas.corner, canvas.frame);
+        if let Some((low, high)) = self.solids.extent() {
+            let pixel_cm = 1.0 / canvas.frame.px_per_cm;
+            canvas.erase(low, high, |point| self.solids.hides(body, point, pixel_cm));
+        }
         for coil in self.lamps.iter().filter(|coil| coil.is_before_plant()) {
             let (centre, half_width, half_height) = coil.extent();
-            let corner = |sign: f64| Point::new(centre.x - sign * half_width, centre.y + sign * half_height);
-            let (from, to) = (frame.pixel(corner(1.0)), frame.pixel(corner(-1.0)));
-            let span = |from: f64, to: f64, corner: i64, size: usize| {
-                let within = |pixel: f64| (pixel - corner as f64).clamp(0.0, size as f64) as usize;
-                within(from.floor())..within(to.ceil() + 1.0)
-            };
-            for row in span(from.y, to.y, top, rows) {
-                for column in span(from.x, to.x, left, columns) {
-                    let pixel = Pixel::new((left + column as i64) as f64, (top + row as i64) as f64);
-                    let point = frame.point(pixel);
-                    if self.meet_lamp(sub([point.x, point.y, 0.0], CAMERA), coil).is_some() {
-                        let at = 4 * (row * columns + column);
-                        canvas.pixmap.data_mut()[at..at + 4].fill(0);
-                    }
-                }
-            }
-        }
-    }
-
-    fn mask_by_solids(&self, body: &Body, canvas: &mut Canvas<'_>) {
-        let Some((low, high)) = self.solids.extent() else { return };
-        let (columns, rows) = (canvas.pixmap.width() as usize, canvas.pixmap.height() as usize);
-        let ([left, top], frame) = (canvas.corner, canvas.frame);
-        let (from, to) = (frame.pixel(Point::new(low.x, high.y)), frame.pixel(Point::new(high.x, low.y)));
-        let span = |from: f64, to: f64, corner: i64, size: usize| {
-            let within = |pixel: f64| (pixel - corner as f64).clamp(0.0, size as f64) as usize;
-            within(from.floor())..within(to.ceil() + 1.0)
-        };
-        for row in span(from.y, to.y, top, rows) {
-            for column in span(from.x, to.x, left, columns) {
-                let at = 4 * (row * columns + column);
-                let pixel = Pixel::new((left + column as i64) as f64, (top + row as i64) as f64);
-                if canvas.pixmap.data()[at + 3] > 0
-                    && self.solids.hides(body, frame.point(pixel), 1.0 / frame.px_per_cm)
-                {
-                    canvas.pixmap.data_mut()[at..at + 4].fill(0);
-                }
-            }
+            let corner = |sign: f64| Point::new(centre.x + sign * half_width, centre.y + sign * half_height);
+            canvas.erase(corner(-1.0), corner(1.0), |point| {
+                self.meet_lamp(sub([point.x, point.y, 0.0], CAMERA), coil).is_some()
+            });
         }
     }
 

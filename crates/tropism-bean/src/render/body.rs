@@ -12,7 +12,7 @@ use crate::view::{CAMERA, Frame, project};
 /// Hours over which the last of the apical hook straightens: the paper starts right after it has opened.
 const HOOK_OPENS: f64 = 6.0;
 
-/// Subdivisions between two nodes of the stem.
+/// Subdivisions between two nodes of the stem. Chosen by hand.
 const FINE: usize = 5;
 
 /// Everything of the plant that can be seen.
@@ -76,16 +76,19 @@ impl Body {
         Self { stem, node, hook, bud, cotyledons, withered, leaves }
     }
 
+    /// Discs that hold the plant as the camera sees it: centre and radius, in cm; of each oval `places` points of its outline.
+    pub(super) fn discs(&self, places: usize) -> impl Iterator<Item = (Point, f64)> {
+        let ribbons = [&self.stem, &self.hook, &self.leaves[0].petiole, &self.leaves[1].petiole];
+        let disc = |node: &Node| (project(node.at), node.radius * nearness(node.at));
+        let ovals = self.cotyledons.iter().chain([&self.bud]).flat_map(move |oval| oval.outline(places));
+        let blades = self.leaves.iter().flat_map(|leaf| leaf.halves.iter().flatten().copied().map(project));
+        ribbons.into_iter().flatten().map(disc).chain(ovals.chain(blades).map(|point| (point, 0.0)))
+    }
+
     /// The highest point of the plant as the camera sees it.
     pub(super) fn top(&self) -> Point {
-        let ribbons = [&self.stem, &self.hook, &self.leaves[0].petiole, &self.leaves[1].petiole];
-        let discs = ribbons.into_iter().flatten().map(|node| {
-            let centre = project(node.at);
-            Point::new(centre.x, centre.y + node.radius * nearness(node.at))
-        });
-        let ovals = self.cotyledons.iter().chain([&self.bud]).flat_map(|oval| oval.outline(32));
-        let blades = self.leaves.iter().flat_map(|leaf| leaf.halves.iter().flatten().copied().map(project));
-        discs.chain(ovals).chain(blades).max_by(|a, b| a.y.total_cmp(&b.y)).unwrap_or(Point::new(0.0, 0.0))
+        let highest = self.discs(32).map(|(centre, radius)| Point::new(centre.x, centre.y + radius));
+        highest.max_by(|a, b| a.y.total_cmp(&b.y)).unwrap_or(Point::new(0.0, 0.0))
     }
 }
 

@@ -7,7 +7,7 @@ use tropism::random::{Purpose, stream, uniform};
 use crate::scene::Scene;
 use crate::view::{CAMERA, View};
 
-/// Spacing of the grid on which the cloth is computed, in cm.
+/// Spacing of the grid on which the cloth is computed, in cm. Chosen by hand.
 const SPACING: f64 = 0.125;
 
 /// Slopes of the cloth over the wall, computed once on a grid and interpolated.

@@ -4,7 +4,7 @@ use tiny_skia::{
     Color, FillRule, GradientStop, LinearGradient, Paint, Path, PathBuilder, Pixmap, Point, Shader,
     SpreadMode, Stroke, Transform,
 };
-use tropism::geometry;
+use tropism::geometry::{Pixel, Point as Place};
 use tropism::math::vector::{Vec3, add, dot, normalize_or, scale, sub};
 
 use super::body::{Blade, Body, Oval, nearness, ribbon};
@@ -57,6 +57,26 @@ impl<'a> Canvas<'a> {
         let mut canvas = Self { pixmap, corner, frame, lighting, tone };
         canvas.body(body);
         Some(canvas)
+    }
+
+    /// Erases what is hidden between the lower left corner `low` and the upper right one `high`, in cm.
+    pub(super) fn erase(&mut self, low: Place, high: Place, is_hidden: impl Fn(Place) -> bool) {
+        let (columns, rows) = (self.pixmap.width() as usize, self.pixmap.height() as usize);
+        let ([left, top], frame) = (self.corner, self.frame);
+        let (from, to) = (frame.pixel(Place::new(low.x, high.y)), frame.pixel(Place::new(high.x, low.y)));
+        let span = |from: f64, to: f64, corner: i64, size: usize| {
+            let within = |pixel: f64| (pixel - corner as f64).clamp(0.0, size as f64) as usize;
+            within(from.floor())..within(to.ceil() + 1.0)
+        };
+        for row in span(from.y, to.y, top, rows) {
+            for column in span(from.x, to.x, left, columns) {
+                let at = 4 * (row * columns + column);
+                let pixel = Pixel::new((left + column as i64) as f64, (top + row as i64) as f64);
+                if self.pixmap.data()[at + 3] > 0 && is_hidden(frame.point(pixel)) {
+                    self.pixmap.data_mut()[at..at + 4].fill(0);
+                }
+            }
+        }
     }
 
     fn body(&mut self, body: &Body) {
@@ -221,7 +241,7 @@ impl<'a> Canvas<'a> {
         Color::from_rgba8(red, green, blue, alpha)
     }
 
-    fn pixel(&self, point: geometry::Point) -> [f64; 2] {
+    fn pixel(&self, point: Place) -> [f64; 2] {
         let pixel = self.frame.pixel(point);
         [pixel.x, pixel.y]
     }
@@ -231,7 +251,7 @@ impl<'a> Canvas<'a> {
         [x - self.corner[0] as f64 + 0.5, y - self.corner[1] as f64 + 0.5]
     }
 
-    fn place(&self, point: geometry::Point) -> [f64; 2] {
+    fn place(&self, point: Place) -> [f64; 2] {
         self.onto(self.pixel(point))
     }
 }
@@ -246,12 +266,8 @@ fn blend(ends: [[f64; 2]; 2], colours: [Color; 2]) -> Shader<'static> {
 
 /// The rectangle of the photograph, in pixels, that holds the plant; `None` if they do not meet.
 fn bounds(body: &Body, frame: Frame) -> Option<([f64; 2], [f64; 2])> {
-    let ribbons = [&body.stem, &body.hook, &body.leaves[0].petiole, &body.leaves[1].petiole];
-    let discs = ribbons.into_iter().flatten().map(|node| (project(node.at), node.radius * nearness(node.at)));
-    let ovals = body.cotyledons.iter().chain([&body.bud]).flat_map(|oval| oval.outline(24));
-    let blades = body.leaves.iter().flat_map(|leaf| leaf.halves.iter().flatten().copied().map(project));
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for (point, radius) in discs.chain(ovals.chain(blades).map(|point| (point, 0.0))) {
+    for (point, radius) in body.discs(24) {
         let pixel = frame.pixel(point);
         for (axis, value) in [pixel.x, pixel.y].into_iter().enumerate() {
             low[axis] = low[axis].min(value - radius * frame.px_per_cm);

@@ -90,7 +90,7 @@ pub(super) struct Noise {
     tape: Vec<i8>,
 }
 
-/// Pixels on the tape beyond one row.
+/// Pixels on the tape beyond one row. Chosen: rows rarely begin at the same place.
 const TAPE: usize = 1 << 14;
 
 /// Standard deviation of the brightness over that of one colour, where two thirds of the variance are common to all.

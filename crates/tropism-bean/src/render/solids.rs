@@ -19,9 +19,10 @@ use crate::view::{CAMERA, View, WALL, project};
 const WOOD: [Rgb; 2] = [[0.33, 0.19, 0.09], [0.52, 0.35, 0.19]];
 const METAL: Rgb = [0.34, 0.35, 0.37];
 
-/// Distance at which a ray has met a surface, in cm; far below a pixel.
+/// Distance at which a ray has met a surface, in cm; far below a pixel. Chosen by hand.
 const MET_CM: f64 = 0.004;
 /// Longest step along a ray as a share of the distance from the nearest surface: perspective bends the flanks of obstacles.
+/// Chosen by hand.
 const CAUTION: f64 = 0.85;
 /// Most steps along a ray. Chosen by hand: a ray that grazes a surface takes some tens.
 const STEPS: u32 = 160;

@@ -4,6 +4,7 @@ use tropism::math;
 
 use crate::scene::Rgb;
 
+/// Steps of the table. Chosen: sixteen for each grey level.
 const STEPS: usize = 4096;
 
 /// The curve as a table: linear light to a grey level of 0 to 255, as sRGB has it, above a little stray light.

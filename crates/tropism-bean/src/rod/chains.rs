@@ -35,7 +35,7 @@ const BLOCK: usize = 8;
 const GROWTH_EDGE_CM: f64 = 1.0;
 /// Density of the stem, in g/cm^3. Chosen by hand: a little below water.
 const DENSITY: f64 = 0.95;
-/// Gravitational acceleration, in cm/s^2.
+/// Gravitational acceleration (standard gravity), in cm/s^2.
 const GRAVITY: f64 = 981.0;
 /// Distance between the wall and the midline of a stem that touches it, in cm. Chosen by hand.
 const TOUCH_CM: f64 = 0.5;
@@ -52,14 +52,10 @@ const SATURATION: f64 = 2.5;
 const SERIES_LIMIT: f64 = 0.1;
 
 /// The same segment of all plants. Vectors are towards d1 and d2, or x, y and z.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Row<R> {
-    // The state of the segments.
-    length: R,
-    curvature: [R; 2],
-    bending: [R; 2],
-    rest: [R; 2],
-    memory: [[R; 2]; 3],
+    /// The state of the segments.
+    state: Segment<R>,
 
     // Held over a tick.
     /// Distance of the middle from the apex, in cm.
@@ -89,40 +85,13 @@ struct Row<R> {
     relaxing: [R; 2],
 }
 
-impl<R: Real> Row<R> {
-    /// A row beyond the apex of all plants.
-    fn beyond() -> Self {
-        let zero = R::splat(0.0);
-        Self {
-            length: zero,
-            curvature: [zero; 2],
-            bending: [zero; 2],
-            rest: [zero; 2],
-            memory: [[zero; 2]; 3],
-            from_apex: zero,
-            elongation: zero,
-            motility: zero,
-            mass: zero,
-            compliance: zero,
-            d1: [zero; 3],
-            d2: [zero; 3],
-            middle: [zero; 3],
-            light: [zero; 3],
-            per_intensity2: zero,
-            first_response: zero,
-            response: zero,
-            relaxing: [zero; 2],
-        }
-    }
-}
-
 /// How a segment turns its stimuli into a rate of bending: two low-pass stages of light, and a third one.
 ///
 /// `first` follows `light L + gravity[0] g`, the second follows `first`, and the third follows `gravity[1] g + second * s` with
 /// the second stage `s`; the rate is the sum of the second and the third. The bean of [`Tropism`](crate::Tropism) filters
 /// gravity by the third stage; an [`Internodal`](crate::Internodal) one filters the sum of light and gravity twice, and subtracts
 /// what the third stage holds of it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Filter<R> {
     light: R,
     gravity: [R; 2],
@@ -132,7 +101,7 @@ pub(super) struct Filter<R> {
 }
 
 /// What is held constant over a tick for each plant.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Held<R> {
     base: [R; 4],
     /// Place and strength of the lit lamps of each plant; a plant with fewer has lamps of strength 0.
@@ -218,37 +187,6 @@ fn share(dt: f64, time_h: f64) -> f64 {
 }
 
 impl<R: Real> Held<R> {
-    fn new() -> Self {
-        let zero = R::splat(0.0);
-        Self {
-            base: [zero; 4],
-            lamps: [[zero; 4]; MAX_LAMPS],
-            series: [zero; 4],
-            filter: Filter { light: zero, gravity: [zero; 2], second: zero, shares: [zero; 2] },
-            local: zero,
-            apical: zero,
-            bias: [zero; 2],
-            straightening: zero,
-            tip_mass: zero,
-            radius_apex: zero,
-            widening: zero,
-            relaxed_share: zero,
-            mature: zero,
-            modulus: zero,
-            per_modulus_length: zero,
-            growth_zone: zero,
-            motile_zone: zero,
-            per_edge: zero,
-            elongation: zero,
-            growth_step: zero,
-            per_dt: zero,
-            half_tick: zero,
-            is_internodal: zero,
-            ahead: zero,
-            noise: zero,
-        }
-    }
-
     /// Takes over what is held for the plant in a lane.
     fn set(&mut self, lane: usize, base: Rotation<f64>, is_among_solids: bool, member: &Member<'_>) {
         let (forcing, dt) = (member.forcing, member.forcing.dt);
@@ -331,7 +269,7 @@ pub(crate) struct Chains<R> {
 impl<R: Real> Chains<R> {
     pub(crate) fn new() -> Self {
         let streams = [NoiseStream::new(0, tropism::random::Purpose::SegmentNoise, [0; 3]); LANES];
-        Self { rows: Vec::new(), most: 0, held: Box::new(Held::new()), lit: 0, streams, chain: None }
+        Self { rows: Vec::new(), most: 0, held: Box::default(), lit: 0, streams, chain: None }
     }
 
     /// Integrates the rods of all members over a tick: as many sub-steps as the first member has. Long segments split before.
@@ -355,7 +293,7 @@ impl<R: Real> Chains<R> {
         members.iter_mut().for_each(|member| member.rod.split());
         self.most = members.iter().map(|member| member.rod.segments.len()).max().unwrap_or(0);
         let wanted = self.rows.len().max(self.most + 1);
-        self.rows.resize(wanted, Row::beyond());
+        self.rows.resize(wanted, Row::default());
         self.lit = members.iter().map(|member| lit(member.forcing).count()).max().unwrap_or(0);
         for lane in 0..R::LANES {
             let member = members.get(lane).unwrap_or(&members[0]);
@@ -369,7 +307,10 @@ impl<R: Real> Chains<R> {
         for (i, row) in self.rows[..=self.most].iter_mut().enumerate() {
             for lane in 0..R::LANES {
                 let member = members.get(lane).unwrap_or(&members[0]);
-                row.set(lane, member.rod.segments.get(i).unwrap_or(&beyond));
+                let segment = member.rod.segments.get(i).unwrap_or(&beyond);
+                for (of_lanes, value) in row.state.numbers_mut().into_iter().zip(segment.numbers()) {
+                    of_lanes.set_lane(lane, value);
+                }
                 row.mass.set_lane(lane, if i == member.rod.leaf { member.forcing.leaf_mass } else { 0.0 });
             }
         }
@@ -386,7 +327,9 @@ impl<R: Real> Chains<R> {
         for (i, row) in self.rows[..self.most].iter().enumerate() {
             for (lane, member) in members.iter_mut().enumerate() {
                 if let Some(segment) = member.rod.segments.get_mut(i) {
-                    row.get(lane, segment);
+                    for (value, of_lanes) in segment.numbers_mut().into_iter().zip(row.state.numbers()) {
+                        *value = of_lanes.lane(lane);
+                    }
                 }
             }
         }
@@ -412,10 +355,10 @@ impl<R: Real> Chains<R> {
             for (i, row) in self.rows[..actual1.len()].iter_mut().enumerate() {
                 let add =
                     |of_lanes: &mut R, change: f64| of_lanes.set_lane(lane, of_lanes.lane(lane) + change);
-                add(&mut row.curvature[0], actual1[i]);
-                add(&mut row.curvature[1], actual2[i]);
-                add(&mut row.rest[0], rest1[i]);
-                add(&mut row.rest[1], rest2[i]);
+                add(&mut row.state.curvature[0], actual1[i]);
+                add(&mut row.state.curvature[1], actual2[i]);
+                add(&mut row.state.rest[0], rest1[i]);
+                add(&mut row.state.rest[1], rest2[i]);
             }
         }
     }
@@ -434,7 +377,7 @@ impl<R: Real> Chains<R> {
         for block in rows.chunks_mut(BLOCK) {
             for (row, halfway) in block.iter().zip(&mut halfway) {
                 let curvature = row.curvature_ahead(held);
-                let half = Rotation::of_bend(curvature, row.length);
+                let half = Rotation::of_bend(curvature, row.state.length);
                 *halfway = rotation.then(half);
                 rotation = rotation.then(half.twice());
             }
@@ -500,34 +443,6 @@ struct Loads<R> {
 }
 
 impl<R: Real> Row<R> {
-    /// Puts a segment into a lane.
-    #[inline(always)]
-    fn set(&mut self, lane: usize, segment: &Segment) {
-        self.length.set_lane(lane, segment.length);
-        for towards in 0..2 {
-            self.curvature[towards].set_lane(lane, segment.curvature[towards]);
-            self.bending[towards].set_lane(lane, segment.bending[towards]);
-            self.rest[towards].set_lane(lane, segment.rest[towards]);
-            for stage in 0..3 {
-                self.memory[stage][towards].set_lane(lane, segment.memory[stage][towards]);
-            }
-        }
-    }
-
-    /// Puts a lane back into its segment.
-    #[inline(always)]
-    fn get(&self, lane: usize, segment: &mut Segment) {
-        segment.length = self.length.lane(lane);
-        for towards in 0..2 {
-            segment.curvature[towards] = self.curvature[towards].lane(lane);
-            segment.bending[towards] = self.bending[towards].lane(lane);
-            segment.rest[towards] = self.rest[towards].lane(lane);
-            for stage in 0..3 {
-                segment.memory[stage][towards] = self.memory[stage][towards].lane(lane);
-            }
-        }
-    }
-
     /// Copies what contacts read of the plant in a lane.
     fn copy_to(&self, chain: &mut Chain, i: usize, lane: usize, relaxed_share: f64) {
         let of_lane = |axes: [R; 3]| axes.map(|axis| axis.lane(lane));
@@ -541,7 +456,7 @@ impl<R: Real> Row<R> {
             values.iter_mut().zip(vector).for_each(|(values, value)| values[i] = value);
         }
         // The segment has grown since.
-        chain.length[i] = self.length.lane(lane) - self.elongation.lane(lane);
+        chain.length[i] = self.state.length.lane(lane) - self.elongation.lane(lane);
         chain.from_apex[i] = self.from_apex.lane(lane);
         chain.elongation[i] = self.elongation.lane(lane);
         chain.softness[i] = relaxed_share * self.compliance.lane(lane);
@@ -552,7 +467,7 @@ impl<R: Real> Row<R> {
     /// The curvature in the middle of the sub-step.
     #[inline(always)]
     fn curvature_ahead(&self, held: &Held<R>) -> [R; 2] {
-        [0, 1].map(|towards| self.curvature[towards] + held.ahead * self.bending[towards])
+        [0, 1].map(|towards| self.state.curvature[towards] + held.ahead * self.state.bending[towards])
     }
 
     /// Frame and place from the rotation at the middle of the segments; `at` goes from their lower ends to the upper ones.
@@ -560,7 +475,7 @@ impl<R: Real> Row<R> {
     fn orient(&mut self, halfway: Rotation<R>, at: &mut [R; 3]) {
         let [d1, d2, along] = halfway.frame();
         (self.d1, self.d2) = (d1, d2);
-        let half = self.length * 0.5;
+        let half = self.state.length * 0.5;
         for axis in 0..3 {
             let way = half * along[axis];
             self.middle[axis] = at[axis] + way;
@@ -627,12 +542,12 @@ impl<R: Real> Row<R> {
         let curvature = self.curvature_ahead(held);
         for (towards, direction) in [self.d1, self.d2].into_iter().enumerate() {
             let across = seen[0] * direction[0] + seen[1] * direction[1] + seen[2] * direction[2];
-            let stages = self.memory.each_mut().map(|stage| &mut stage[towards]);
+            let stages = self.state.memory.each_mut().map(|stage| &mut stage[towards]);
             let response = held.filter.respond(stages, across, direction[1]);
             let rate = response + steady[towards] - held.straightening * curvature[towards];
             let change = self.motility * rate;
-            self.relaxing[towards] = self.rest[towards] + change * 0.5;
-            self.rest[towards] += change;
+            self.relaxing[towards] = self.state.rest[towards] + change * 0.5;
+            self.state.rest[towards] += change;
         }
     }
 
@@ -656,19 +571,19 @@ impl<R: Real> Row<R> {
             // The wall does not push rows beyond the apex.
             let zero = R::splat(0.0);
             let dent = (R::splat(WALL + TOUCH_CM) - z).max(zero);
-            let own = R::select(self.length.gt(zero), dent * WALL_STIFFNESS, zero);
+            let own = R::select(self.state.length.gt(zero), dent * WALL_STIFFNESS, zero);
             *push += own;
             *push_x += own * x;
             *push_y += own * y;
         }
         for (towards, moment) in moments.into_iter().enumerate() {
             let target = self.relaxing[towards] + self.compliance * moment;
-            let change = held.relaxed_share * (target - self.curvature[towards]);
+            let change = held.relaxed_share * (target - self.state.curvature[towards]);
             self.relaxing[towards] = change;
-            self.curvature[towards] += change;
-            self.bending[towards] = change * held.per_dt;
+            self.state.curvature[towards] += change;
+            self.state.bending[towards] = change * held.per_dt;
         }
-        self.length += self.elongation;
+        self.state.length += self.elongation;
     }
 }
 
@@ -692,23 +607,23 @@ impl<R: Real> Kernel for Begin<'_, R> {
         // Elongation is distributed by the logistic growing zone.
         let (mut above, mut weight) = (zero, zero);
         for row in rows[..*most].iter_mut().rev() {
-            let from_apex = above + row.length * 0.5;
-            above += row.length;
+            let from_apex = above + row.state.length * 0.5;
+            above += row.state.length;
             let share = math::logistic((held.growth_zone - from_apex) * (1.0 / GROWTH_EDGE_CM));
-            row.elongation = row.length * share;
+            row.elongation = row.state.length * share;
             weight += row.elongation;
         }
         let rate = held.elongation / weight;
         let mut above = zero;
         for (number, row) in rows[..*most].iter_mut().enumerate().rev() {
             row.elongation *= rate;
-            let length = row.length + row.elongation * held.half_tick;
+            let length = row.state.length + row.elongation * held.half_tick;
             row.from_apex = above + length * 0.5;
             above += length;
             let own = math::logistic((held.motile_zone - row.from_apex) * held.per_edge);
             let motility = R::select(held.is_internodal.gt(zero), row.motility, own);
             let number = 2 * number as u32;
-            for (towards, rest) in row.rest.iter_mut().enumerate() {
+            for (towards, rest) in row.state.rest.iter_mut().enumerate() {
                 let drawn = R::from_fn(|lane| streams[lane].normal(number + towards as u32));
                 *rest += motility * held.noise * drawn;
             }

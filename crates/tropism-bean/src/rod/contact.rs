@@ -6,8 +6,9 @@
 //!
 //! `0 <= f_n,  0 <= gap + J dk(f),  f_n (gap + J dk(f)) = 0,  |f_t| <= friction f_n`
 //!
-//! with the gap, which a dent makes negative, and the Jacobian `J` of the places of contact over the curvatures. Projected Gauss-Seidel solves it, and starts from the
-//! forces of the sub-step before. So a contact is as stiff as tissue and yet stable at any sub-step: the force is implicit.
+//! with the gap, which a dent makes negative, and the Jacobian `J` of the places of contact over the curvatures. Projected
+//! Gauss-Seidel solves it, and starts from the forces of the sub-step before. So a contact is as stiff as tissue and yet
+//! stable at any sub-step: the force is implicit.
 //!
 //! # References
 //! Jean 1999, doi:10.1016/S0045-7825(98)00383-1: contact and Coulomb friction by an implicit step and projected Gauss-Seidel.
@@ -40,7 +41,8 @@ const CORRECTION_CM: f64 = 0.02;
 /// Speed above any of a stem, in cm/h: so long is a far solid not looked at. Chosen by hand: a half more than that of the
 /// fastest apex (28 cm/h).
 const FASTEST: f64 = 42.0;
-/// How much faster than one moves the distance from a solid may change: perspective bends the flanks of obstacles.
+/// How much faster than one moves the distance from a solid may change: perspective bends the flanks of obstacles. Chosen
+/// by hand.
 const SLACK: f64 = 1.3;
 /// Most sweeps of the solver, and the change of all gaps in cm below which it ends. Chosen by measurement: more change the
 /// forces in the fourth digit.
@@ -48,7 +50,7 @@ const SWEEPS: (usize, f64) = (40, 1e-6);
 /// Most looks for the point of a segment nearest to a solid, and the slope of the distance there at which they end. Chosen: the
 /// distance then errs by some nanometres from a disc.
 const LOOKS: (usize, f64) = (3, 1e-3);
-/// Least square of the cosine of an angle whose tangent is taken.
+/// Least square of the cosine of an angle whose tangent is taken. Chosen: it bounds the tangent by 1000.
 const STEEPEST: f64 = 1e-6;
 
 /// Solids around a rod, and its contacts with them.
@@ -148,7 +150,7 @@ impl Kernel for Solve<'_> {
     }
 }
 
-/// Segments that are computed side by side.
+/// Segments that are computed side by side. Chosen: two vectors of AVX2.
 const WIDTH: usize = 8;
 /// Parts of so many segments.
 const PARTS: usize = MAX_SEGMENTS.div_ceil(WIDTH);

@@ -15,7 +15,7 @@ fn a_plant_unlike_its_species_is_found_out() {
     let found = calibrate(&track, 5.0, &Species::default(), &|| true).unwrap().unwrap().estimates;
     let own = other.draw(3, 1.0);
     for (estimate, truth, typical) in
-        [(found[0], own.growth.rate, 0.034), (found[1], own.tropism.light, 0.135)]
+        [(found[0], own.growth.rate, 0.034), (found[1], own.tropism.light, 0.16)]
     {
         let (away, before) = (math::ln(estimate.value / truth).abs(), math::ln(typical / truth).abs());
         assert!(away < before, "{estimate:?}, true {truth}, typical {typical}");

@@ -18,6 +18,8 @@ pub(crate) struct Stem {
     leaf: usize,
     time_h: f64,
     age_h: f64,
+    /// Share of elongation that is missing at the start and comes within 8 h.
+    lack: f64,
 }
 
 fn dot(a: Vec3, b: Vec3) -> f64 {
@@ -70,7 +72,14 @@ impl Stem {
     pub(crate) fn seedling(plant: &Individual) -> Self {
         let mut segment = [0.0; 11];
         segment[0] = plant.growth.start / 8.0;
-        Self { segments: vec![segment; 8], leaf: 6, time_h: 0.0, age_h: 0.0 }
+        Self { segments: vec![segment; 8], leaf: 6, time_h: 0.0, age_h: 0.0, lack: 0.0 }
+    }
+
+    /// The seedling of the reference run: less sensitive to light, and slow in its first hours.
+    pub(crate) fn of_reference(plant: &Individual) -> (Self, Individual) {
+        let mut plant = plant.clone();
+        plant.tropism.light = 0.135;
+        (Self { lack: 0.4, ..Self::seedling(&plant) }, plant)
     }
 
     /// The frame (d1, d2, t) and the place at the middle of each segment, and the apex.
@@ -105,7 +114,7 @@ impl Stem {
         // Age changes a plant slowly: its growth, motility and motile zone are those of the last full five minutes.
         let t = self.age_h;
         let old = logistic((growth.slows_h - t) / growth.slowing_h);
-        let young = 1.0 - 0.4 * exp(-t / 8.0);
+        let young = 1.0 - self.lack * exp(-t / 8.0);
         let elongation = 12.0 * growth.rate * (growth.late + (1.13 - growth.late) * young * old);
         let gain =
             motility.late + (1.0 - motility.late) * logistic((motility.mature_h - t) / motility.maturing_h);

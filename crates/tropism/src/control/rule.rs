@@ -82,84 +82,42 @@ pub struct Avoidance<R = f64> {
     pub bend: R,
 }
 
-impl Avoidance {
-    /// The numbers by name, in the order of the fields.
-    #[must_use]
-    pub const fn named(&self) -> [(&'static str, f64); 6] {
-        [
-            ("way_x_cm", self.way_x_cm),
-            ("way_y_cm", self.way_y_cm),
-            ("clearance_cm", self.clearance_cm),
-            ("push", self.push),
-            ("clearance_steps", self.clearance_steps),
-            ("bend", self.bend),
-        ]
-    }
+/// What lists the numbers of a rule, in the order of its fields.
+macro_rules! numbers {
+    ($rule:ident, $count:literal: $($field:ident)+ $(; $other:ident: $absent:expr)?) => {
+        impl $rule {
+            /// The numbers by name, in the order of the fields.
+            #[must_use]
+            pub const fn named(&self) -> [(&'static str, f64); $count] {
+                [$((stringify!($field), self.$field)),+]
+            }
+        }
+
+        impl<R: Copy> $rule<R> {
+            /// All numbers are `number`.
+            fn of(number: R) -> Self {
+                Self { $($field: number,)+ $($other: $absent)? }
+            }
+
+            fn numbers_mut(&mut self) -> [&mut R; $count] {
+                [$(&mut self.$field),+]
+            }
+        }
+    };
 }
 
-impl<R> Avoidance<R> {
-    /// The numbers in the order of [`Self::named`].
-    fn numbers_mut(&mut self) -> [&mut R; 6] {
-        let Self { way_x_cm, way_y_cm, clearance_cm, push, clearance_steps, bend } = self;
-        [way_x_cm, way_y_cm, clearance_cm, push, clearance_steps, bend]
-    }
-}
-
-impl<R> PredictiveRule<R> {
-    /// The nine numbers in the order of [`Self::named`].
-    fn numbers_mut(&mut self) -> [&mut R; 9] {
-        let Self { look_ahead_cm, overshoot, next_target, offset_cm, velocity_steps, shift_steps, .. } = self;
-        let [memory, lean, persistence] =
-            [&mut self.light_memory_cm, &mut self.lean, &mut self.persistence_cm];
-        [
-            look_ahead_cm,
-            overshoot,
-            next_target,
-            offset_cm,
-            velocity_steps,
-            shift_steps,
-            memory,
-            lean,
-            persistence,
-        ]
-    }
-}
+numbers!(PredictiveRule, 9: look_ahead_cm overshoot next_target offset_cm velocity_steps shift_steps light_memory_cm lean
+    persistence_cm; avoidance: None);
+numbers!(Avoidance, 6: way_x_cm way_y_cm clearance_cm push clearance_steps bend);
 
 impl Default for PredictiveRule {
     /// The greedy rule. The look-ahead has no effect then.
     fn default() -> Self {
-        Self {
-            look_ahead_cm: 1.0,
-            overshoot: 0.0,
-            next_target: 0.0,
-            offset_cm: 0.0,
-            velocity_steps: 0.0,
-            shift_steps: 0.0,
-            light_memory_cm: 0.0,
-            lean: 0.0,
-            persistence_cm: 0.0,
-            avoidance: None,
-        }
+        Self { look_ahead_cm: 1.0, ..Self::of(0.0) }
     }
 }
 
 impl PredictiveRule {
-    /// The nine numbers by name, in the order of the fields; those of [`Avoidance`] have names of their own.
-    #[must_use]
-    pub const fn named(&self) -> [(&'static str, f64); 9] {
-        [
-            ("look_ahead_cm", self.look_ahead_cm),
-            ("overshoot", self.overshoot),
-            ("next_target", self.next_target),
-            ("offset_cm", self.offset_cm),
-            ("velocity_steps", self.velocity_steps),
-            ("shift_steps", self.shift_steps),
-            ("light_memory_cm", self.light_memory_cm),
-            ("lean", self.lean),
-            ("persistence_cm", self.persistence_cm),
-        ]
-    }
-
     /// Checks what a file may have got wrong.
     ///
     /// # Errors
@@ -297,26 +255,8 @@ impl<R: Real> Rules<R> {
     /// Room for rules on the way of `task`, which may keep away from its obstacles.
     pub(crate) fn new(task: &Task, avoids: bool) -> Self {
         let nothing = R::splat(0.0);
-        let avoidance = Avoidance {
-            way_x_cm: nothing,
-            way_y_cm: nothing,
-            clearance_cm: nothing,
-            push: nothing,
-            clearance_steps: nothing,
-            bend: nothing,
-        };
-        let rule = PredictiveRule {
-            look_ahead_cm: R::splat(1.0),
-            overshoot: nothing,
-            next_target: nothing,
-            offset_cm: nothing,
-            velocity_steps: nothing,
-            shift_steps: nothing,
-            light_memory_cm: nothing,
-            lean: nothing,
-            persistence_cm: nothing,
-            avoidance: avoids.then_some(avoidance),
-        };
+        let avoidance = avoids.then(|| Avoidance::of(nothing));
+        let rule = PredictiveRule { look_ahead_cm: R::splat(1.0), avoidance, ..PredictiveRule::of(nothing) };
         Self {
             rule,
             way: vec![[nothing; 3]; way_of(task, None).len()],
@@ -508,10 +448,8 @@ mod tests {
     fn numbers_that_cannot_be_are_named() {
         PredictiveRule::default().check().unwrap();
         let error = |rule: PredictiveRule| rule.check().unwrap_err().to_string();
-        assert!(
-            error(PredictiveRule { lean: f64::NAN, ..PredictiveRule::default() })
-                .contains("found lean = NaN")
-        );
+        let unknown = PredictiveRule { lean: f64::NAN, ..PredictiveRule::default() };
+        assert!(error(unknown).contains("found lean = NaN"));
         let at_once = PredictiveRule { look_ahead_cm: 0.0, ..PredictiveRule::default() };
         assert_eq!(error(at_once), "found look_ahead_cm = 0, wanted cm above 0");
     }

@@ -127,23 +127,22 @@ impl Sensors {
             return error(format!("{} sensors", sensors.len()), "1 to 100");
         }
         for sensor in &sensors {
-            match *sensor {
-                Sensor::ToTarget { ahead } if ahead > 100 => {
-                    return error(format!("to_target with ahead = {ahead}"), "0 to 100");
+            let (name, key, value, range, wanted) = match *sensor {
+                Sensor::ToTarget { ahead } => ("to_target", "ahead", ahead, 0..=100, "0 to 100"),
+                Sensor::ToTargetInSpace { ahead } => {
+                    ("to_target_in_space", "ahead", ahead, 0..=100, "0 to 100")
                 }
-                Sensor::ToTargetInSpace { ahead } if ahead > 100 => {
-                    return error(format!("to_target_in_space with ahead = {ahead}"), "0 to 100");
+                Sensor::LightMemory { steps } => {
+                    ("light_memory", "steps", steps as usize, 1..=10_000, "1 to 10000")
                 }
-                Sensor::LightMemory { steps } if !(1..=10_000).contains(&steps) => {
-                    return error(format!("light_memory with steps = {steps}"), "1 to 10000");
+                Sensor::FrontLightMemory { steps } => {
+                    ("front_light_memory", "steps", steps as usize, 1..=10_000, "1 to 10000")
                 }
-                Sensor::FrontLightMemory { steps } if !(1..=10_000).contains(&steps) => {
-                    return error(format!("front_light_memory with steps = {steps}"), "1 to 10000");
-                }
-                Sensor::Stem { points } if !(2..=100).contains(&points) => {
-                    return error(format!("stem with points = {points}"), "2 to 100");
-                }
-                _ => {}
+                Sensor::Stem { points } => ("stem", "points", points, 2..=100, "2 to 100"),
+                _ => continue,
+            };
+            if !range.contains(&value) {
+                return error(format!("{name} with {key} = {value}"), wanted);
             }
         }
         Ok(Self(sensors))

@@ -58,8 +58,7 @@ pub fn baseline<M: BatchModel>(
         if tick(scores.len() as u64) { Ok(scores) } else { Err(()) }
     });
     let scores = chunks.ok()?.concat();
-    let best =
-        (0..scores.len()).fold(0, |best, index| if scores[index] > scores[best] { index } else { best });
+    let best = statistics::index_of_greatest(&scores);
     let (index, fitness) = (best as u64, scores[best]);
     let champion = random_genome(neat, inputs, outputs, seed, index);
     Some(Baseline { count, best: fitness, median: statistics::median(&scores), champion })

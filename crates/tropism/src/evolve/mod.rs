@@ -14,7 +14,6 @@
 
 mod baseline;
 mod champion;
-mod cma_es;
 mod weight_search;
 mod search;
 mod start;
@@ -37,7 +36,6 @@ use crate::task::Task;
 
 pub use baseline::{Baseline, baseline};
 pub use champion::{Champion, ChampionError, Choice, Trial, trial, trial_of_genome};
-pub use cma_es::CmaEs;
 pub use config::{EvolutionConfig, EvolutionError};
 pub use rule_search::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial};
 pub use saved::SavedRunError;

@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use super::champion::{Choice, Trial};
-use super::cma_es::CmaEs;
+use crate::CmaEs;
 use crate::check::{OutOfRange, within};
 use crate::control::{Avoidance, PredictiveRule};
 use crate::math::statistics;
@@ -41,7 +41,7 @@ const CHOICE_FACTOR: u32 = 4;
 /// deviation of 3 cm.
 const PREDICTION_PLANTS: u32 = 1000;
 
-/// Trials that a thread takes at once: some milliseconds of work, in which vector lanes are rarely without a plant.
+/// Trials that a thread takes at once. Chosen: some milliseconds of work, in which vector lanes are rarely without a plant.
 const TRIALS_AT_ONCE: usize = 64;
 
 /// What a step beyond all data of a model costs in a search among obstacles, in cm: about as much as a tip moves in a step, so

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use tropism_neat::{Generation, Genome, WEIGHT_LIMIT};
 
-use super::cma_es::CmaEs;
+use crate::CmaEs;
 use crate::math::statistics;
 
 /// Standard deviation of each weight at first. Chosen by hand, the only value that was tried: a mutation of NEAT

@@ -11,7 +11,6 @@ pub mod vector;
 pub mod matrix;
 pub mod statistics;
 pub mod rank_test;
-pub mod simplex;
 
 pub use elementary::{atan2, cos, erfc, exp, hypot, ln, logistic, pow, sin, sin_cos, tan, tanh};
 pub use real::{LaneMask, Lanes, Mask, Real};

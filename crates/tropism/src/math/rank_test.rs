@@ -150,15 +150,7 @@ mod tests {
         let u = |is_first: u32| {
             let of =
                 |wanted| values.iter().enumerate().filter(move |(at, _)| (is_first >> at & 1 == 1) == wanted);
-            let beats = |a: f64, b: f64| {
-                if a > b {
-                    1.0
-                } else if a < b {
-                    0.0
-                } else {
-                    0.5
-                }
-            };
+            let beats = |a: f64, b: f64| 0.5 * (f64::from(u8::from(a > b)) + f64::from(u8::from(a >= b)));
             of(true).map(|(_, &a)| of(false).map(|(_, &b)| beats(a, b)).sum::<f64>()).sum::<f64>()
         };
         let deals = (0..1_u32 << values.len()).filter(|deal| deal.count_ones() as usize == first.len());

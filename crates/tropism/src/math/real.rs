@@ -23,6 +23,7 @@ use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Su
 pub trait Real:
     Copy
     + Debug
+    + Default
     + PartialEq
     + Send
     + Sync
@@ -313,6 +314,12 @@ impl<const N: usize> Real for Lanes<N> {
     #[inline(always)]
     fn exponent(self) -> Self {
         Self(each_lane!(lane => self.0[lane].exponent()))
+    }
+}
+
+impl<const N: usize> Default for Lanes<N> {
+    fn default() -> Self {
+        Self([0.0; N])
     }
 }
 

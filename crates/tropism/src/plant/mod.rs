@@ -1,11 +1,12 @@
 //! Models of a plant: section 2.2.3.
 //!
 //! Tracks come in; a [`PlantModel`] comes out: given the state of a plant and the lit lamp, what is its state one step
-//! later? [`tip`] is the paper's tip-motion model, eqs. (1)-(8), with a look-up table of constant cost; [`window`] is the
-//! same model written straight from the equations, its reference. [`shifts`] is the data of both. [`stem`] is a model of ours
-//! of the whole stem, in the plane and in space, which remembers the light and differs from plant to plant.
+//! later? [`tip`] is the paper's tip-motion model, eqs. (1)-(8), with a look-up table of constant cost; [`shifts`] is its data,
+//! and [`shifts::window_mean`] what its table holds, straight from the equations. [`stem`] is a model of ours of the whole stem,
+//! in the plane and in space, which remembers the light and differs from plant to plant.
 //!
-//! A model of one's own implements [`PlantModel`], and [`FittedModel`] if it is made of measured plants and kept in a file; evolution, simulation and figures take it as they take these.
+//! A model of one's own implements [`PlantModel`], and [`FittedModel`] if it is made of measured plants and kept in a file;
+//! evolution, simulation and figures take it as they take these.
 //!
 //! # References
 //! Wahby et al. 2016, section 2.2.3, eqs. (1)-(8).
@@ -14,7 +15,6 @@ pub mod shifts;
 mod config;
 mod fitted;
 pub(crate) mod table;
-pub mod window;
 pub mod tip;
 mod tip_file;
 pub mod stem;

@@ -107,12 +107,6 @@ impl Table {
         if node > least { node } else { least }
     }
 
-    /// The number of the column or row that is nearest to a coordinate, be it on the grid or not.
-    pub(super) fn nearest(&self, coordinate: f32) -> i32 {
-        let node = (coordinate * self.nodes_per_cm).clamp(-4e6, 4e6);
-        counted(node).wrapping_sub(counted(0.0)) as i32
-    }
-
     /// All shifts, in the order of [`Self::place`].
     #[inline(always)]
     pub(crate) fn shifts(&self) -> &[f32] {

@@ -2,7 +2,7 @@
 //! data.
 //!
 //! For every node of a grid the mean of eq. (5) is computed once; a step reads the node nearest to the tip. On the nodes
-//! the table equals the reference [`super::window`]; between them the window's centre is off by at most half a grid step
+//! the table equals the reference [`shifts::window_mean`]; between them the window's centre is off by at most half a grid step
 //! (0.05 cm), a tenth of its half-width.
 //!
 //! The state of a plant is kept in single precision, good to 1 µm over an experiment, so that many plants side by side
@@ -20,7 +20,7 @@ use crate::track::Track;
 
 pub use super::config::{Empty, Growth, TipModelConfig};
 
-/// Coordinates beyond this are no plant; it bounds the table's memory.
+/// Coordinates beyond this are no plant. Chosen: far above every plant; it bounds the table's memory.
 const FARTHEST_CM: f64 = 1000.0;
 
 /// The paper's model of how a tip moves.
@@ -92,25 +92,6 @@ impl TipModel {
         let node = self.table.node(tip.x as f32, tip.y as f32);
         self.table.has_data(node, light).then(|| self.table.at(node, light).into())
     }
-
-    /// The node nearest to `tip`: where the model looks when the tip is there.
-    #[must_use]
-    pub fn nearest_node(&self, tip: Point) -> Point {
-        let place = |value: f64| f64::from(self.table.nearest(value as f32)) * self.config.grid_cm;
-        Point::new(place(tip.x), place(tip.y))
-    }
-
-    /// The same data in the model that is written straight from the equations.
-    #[must_use]
-    pub fn reference(&self) -> super::window::WindowModel {
-        super::window::WindowModel {
-            layout: self.layout.clone(),
-            period_min: self.period_min,
-            shifts: shifts::with_mirrored(&self.observed, &self.layout),
-            window: self.config.window,
-            growth: self.config.growth,
-        }
-    }
 }
 
 /// The state of one plant of the model: the system configuration (x, L) of section 2.2.3, in single precision.
@@ -125,14 +106,17 @@ pub struct TipState {
 }
 
 impl TipState {
-    /// Eqs. (4)-(8), as [`super::window::TipState::stepped`].
+    /// Eqs. (4)-(8): the plant grows by `growth` cm, its tip is shifted sideways by `shift` cm, and the shift becomes a
+    /// rotation about the base.
+    ///
+    /// A tip that the temporary position puts on the base itself points up.
     #[must_use]
     #[inline]
     pub fn stepped(self, shift: f32, growth: f32) -> Self {
         let length = self.length + growth; // eq. (4)
         let x = self.x + shift; // eq. (5)
         let y = self.y + growth; // eq. (6)
-        // eqs. (7) and (8): cos(atan2(y, x)) is x / hypot(x, y), and the sine likewise.
+        // eqs. (7) and (8): with alpha = atan2(y, x), cos(alpha) is x / hypot(x, y), and the sine likewise.
         let radius = (x * x + y * y).sqrt();
         let scale = length / radius;
         if radius == 0.0 {
@@ -188,8 +172,12 @@ impl TipModel {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
-    use crate::plant::{FittedModel, window};
+    use crate::math;
+    use crate::plant::FittedModel;
+    use crate::plant::shifts::Window;
     use crate::random::{self, NoiseStream, Purpose};
 
     fn track(seed: u64, steps: u32) -> Track {
@@ -212,13 +200,13 @@ mod tests {
     #[test]
     fn the_table_is_the_reference_on_every_node() {
         let model = model(TipModelConfig::default());
-        let reference = model.reference();
+        let observed = shifts::with_mirrored(model.observed(), model.layout());
         let mut with_data = 0;
         for row in 0..180 {
             for column in -60..60 {
                 let node = Point::new(f64::from(column) * 0.1, f64::from(row) * 0.1);
                 for light in Light::BOTH {
-                    let exact = shifts::window_mean(&reference.shifts, reference.window, node, light);
+                    let exact = shifts::window_mean(&observed, Window::default(), node, light);
                     let single = exact.map(|mean| f64::from(mean as f32));
                     assert_eq!(model.mean_shift(node, light), single, "{node:?} {light}");
                     with_data += usize::from(exact.is_some());
@@ -231,21 +219,35 @@ mod tests {
     #[test]
     fn a_step_looks_up_the_nearest_node() {
         let model = model(TipModelConfig::default());
-        let reference = model.reference();
-        let start = Point::new(0.53, 6.17);
+        let observed = shifts::with_mirrored(model.observed(), model.layout());
+        let (start, nearest) = (Point::new(0.53, 6.17), Point::new(5.0 * 0.1, 62.0 * 0.1));
         let noise = NoiseStream::new(1, Purpose::Trial, [0; 3]);
         let mut stepped = model.seedling_at(start);
         model.step(&mut stepped, Light::RIGHT, &mut noise.at(7));
-        let node = model.nearest_node(start);
-        let shift = shifts::window_mean(&reference.shifts, reference.window, node, Light::RIGHT);
+        let after = |centre| {
+            let shift = shifts::window_mean(&observed, Window::default(), centre, Light::RIGHT).unwrap();
+            let growth = model.config().growth.with_noise(noise.normal(7));
+            model.observe(&model.seedling_at(start).stepped(shift as f32, growth as f32)).tip
+        };
         let tip = model.observe(&stepped).tip;
-        let growth = model.config().growth.with_noise(noise.normal(7));
-        let same = window::TipState::upright(start).stepped(shift.unwrap(), growth).tip;
-        assert!(tip.distance(same) < 1e-6, "{tip:?} {same:?}");
-        // Between nodes the reference, whose window is centred on the tip itself, says nearly the same.
-        let mut exact = reference.seedling(start, &mut noise.of_seedling());
-        reference.step(&mut exact, Light::RIGHT, &mut noise.at(7));
-        assert!(tip.distance(exact.tip) < 0.02, "{tip:?} {exact:?}");
+        assert!(tip.distance(after(nearest)) < 1e-6, "{tip:?}");
+        // With a window that is centred on the tip itself it is nearly the same.
+        assert!(tip.distance(after(start)) < 0.02, "{tip:?}");
+    }
+
+    proptest! {
+        #[test]
+        fn a_step_is_the_cosine_and_sine_of_eqs_7_and_8(
+            x in -20.0..20.0_f32, y in 0.5..25.0_f32, shift in -2.0..2.0_f32, growth in -0.01..0.08_f32,
+        ) {
+            let plant = TipState { x, y, length: x.hypot(y) };
+            let stepped = plant.stepped(shift, growth);
+            let alpha = math::atan2(f64::from(y + growth), f64::from(x + shift));
+            let length = f64::from(stepped.length);
+            prop_assert!((f64::from(stepped.x) - length * math::cos(alpha)).abs() < 1e-5);
+            prop_assert!((f64::from(stepped.y) - length * math::sin(alpha)).abs() < 1e-5);
+            prop_assert!((stepped.length - plant.length - growth).abs() < 1e-5);
+        }
     }
 
     #[test]
@@ -307,7 +309,6 @@ mod tests {
         for step in -40_000..40_000 {
             let coordinate = step as f32 * 0.000_83;
             let rounded = (coordinate * table.nodes_per_cm).round_ties_even() as i32;
-            assert_eq!(table.nearest(coordinate), rounded);
             let (column, row) = (table.place(coordinate, 9.0, 0), table.place(0.0, coordinate, 0));
             let (first, middle) = (table.place(-1e9, 9.0, 0), table.place(0.0, -1e9, 0));
             let (most_right, highest) = (table.columns - 1, table.rows - 1);

@@ -133,26 +133,14 @@ pub fn cautious_fitness_of<M: PlantModel>(
 mod tests {
     use super::*;
     use crate::control::{Greedy, Periodic};
-    use crate::geometry::Point;
-    use crate::plant::shifts::{Shift, Window};
-    use crate::plant::tip::Growth;
-    use crate::plant::window::WindowModel;
+    use crate::plant::shifts::Window;
+    use crate::plant::tip::{TipModel, TipModelConfig};
 
     /// A plant that leans 0.2 cm a step towards the light wherever it is.
-    fn follower() -> WindowModel {
-        let shifts = Light::BOTH.map(|light| Shift {
-            tip: Point::new(0.0, 9.0),
-            dx: 0.2 * Layout::default().side(light),
-            dy: 0.03,
-            light,
-        });
-        WindowModel {
-            layout: Layout::default(),
-            period_min: 5.0,
-            shifts: shifts.to_vec(),
-            window: Window { wx: 50.0, wy: 50.0 },
-            growth: Growth::default(),
-        }
+    fn follower() -> TipModel {
+        let text = "tip_x_cm,tip_y_cm,light\n0,9,right\n0.2,9.03,left\n0,9.06,dark\n";
+        let config = TipModelConfig { window: Window { wx: 20.0, wy: 20.0 }, ..TipModelConfig::default() };
+        TipModel::fit([&Track::read_csv(text.as_bytes()).unwrap()], config).unwrap()
     }
 
     #[test]

@@ -8,7 +8,6 @@ use crate::control::{NetworkController, PredictiveGreedy, PredictiveRule, Sensor
 use crate::plant::PlantModel;
 use crate::plant::stem::{PlaneModel, SpaceModel};
 use crate::plant::tip::TipModel;
-use crate::plant::window::WindowModel;
 use crate::random::NoiseStream;
 use crate::task::Task;
 
@@ -94,8 +93,6 @@ impl BatchModel for TipModel {
         }
     }
 }
-
-impl BatchModel for WindowModel {}
 
 impl BatchModel for PlaneModel {
     /// Side by side in vectors for targets in the plane, with and without obstacles.

@@ -243,19 +243,6 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_named() {
-        let refused = |task: Task, words: &str| {
-            let error = task.check().unwrap_err().to_string();
-            assert!(error.contains(words), "{error}");
-        };
-        refused(Task { targets: Vec::new(), ..Task::obstacles() }, "targets = []");
-        let flat = Obstacle::Disc { centre: Point::new(0.0, 8.0), radius_cm: -1.0 };
-        refused(Task { obstacles: vec![flat], ..Task::obstacles() }, "obstacles[0].radius_cm = -1");
-        let down = vec![Point::new(1.0, 9.0), Point::new(1.0, 8.0)];
-        refused(Task { way_points: down, ..Task::obstacles() }, "way_points[1] = [1.0, 8.0]");
-    }
-
-    #[test]
     fn a_plant_that_failed_badly_is_little_worse_than_one_that_failed() {
         let utility = |fitness| Obstacles.utility(fitness);
         let utilities = [-30.0, -3.0, -0.1, 0.0, 1.0, 2.0].map(utility);

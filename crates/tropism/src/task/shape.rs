@@ -243,19 +243,6 @@ mod tests {
         assert!(shape.form_difference_cm(&stem) < 0.4, "{}", shape.form_difference_cm(&stem));
     }
 
-    #[test]
-    fn mistakes_are_named() {
-        let refused = |shape: Task, words: &str| {
-            let error = shape.check().unwrap_err().to_string();
-            assert!(error.contains(words), "{error}");
-        };
-        refused(wanting(|_| ()), "line = []");
-        refused(wanting(|shape| shape.radius_cm = Some(0.0)), "radius_cm = 0");
-        refused(wanting(|shape| shape.lean_deg = Some(120.0)), "lean_deg = 120");
-        refused(wanting(|shape| shape.line = vec![Point::default()]), "one point");
-        refused(Task { within_cm: 0.0, ..bowed() }, "within_cm = 0");
-    }
-
     proptest! {
         #[test]
         fn a_mirrored_stem_differs_as_much_from_the_mirrored_form(

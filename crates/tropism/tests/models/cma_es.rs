@@ -1,6 +1,6 @@
 //! CMA-ES on test functions.
 
-use tropism::evolve::CmaEs;
+use tropism::CmaEs;
 use tropism::math;
 
 /// Searches with restarts until the cost is below `wanted`; returns the evaluations.

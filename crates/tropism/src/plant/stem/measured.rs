@@ -28,7 +28,7 @@ const USED_HEIGHT_CM: f64 = 13.8;
 /// Steps that begin at this height or above are left out, in cm. Chosen: the paper's experiments end at 13.8 cm.
 pub(super) const MAX_HEIGHT_CM: f64 = 16.0;
 
-/// Coordinates beyond this are no plant.
+/// Coordinates beyond this are no plant. Chosen, as in the tip model.
 const FARTHEST_CM: f64 = 1000.0;
 
 /// What lit a plant from a step to the next.

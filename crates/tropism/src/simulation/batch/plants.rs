@@ -149,6 +149,7 @@ impl Plants {
     /// processors gather instructions are slower than loads.
     #[inline(always)]
     fn draw_and_look_up(&mut self, table: &Table) {
+        /// Chosen: two vectors of AVX2.
         const PART: usize = 16;
         let (now, shifts) = (self.now, table.shifts());
         let [keys, others] = &self.key;

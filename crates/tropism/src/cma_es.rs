@@ -67,7 +67,7 @@ impl Settings {
 /// A search for the point of least cost in a space of any dimension.
 ///
 /// ```
-/// use tropism::evolve::CmaEs;
+/// use tropism::CmaEs;
 /// let mut search = CmaEs::new(&[0.0; 3], 1.0, 12, 1);
 /// for _ in 0..120 {
 ///     let points = search.ask();
@@ -127,7 +127,7 @@ impl CmaEs {
     }
 
     /// Whether it is a search of so many dimensions with this seed, and whether `population` is the one that it began with.
-    pub(super) fn is_of(&self, dimensions: usize, population: usize, seed: u64) -> bool {
+    pub(crate) fn is_of(&self, dimensions: usize, population: usize, seed: u64) -> bool {
         let square =
             |rows: &[Vec<f64>]| rows.len() == dimensions && rows.iter().all(|row| row.len() == dimensions);
         let vectors = [&self.start.0, &self.mean, &self.deviations, &self.path, &self.sigma_path];
