@@ -117,7 +117,7 @@ impl Figures {
         self.drawn.push(report::over_time(tracks, plants));
     }
 
-    /// Figures 6a and 6b: fitness over the generations of all runs, and of a typical successful one.
+    /// Figures 6a and 6b: fitness over the generations of all runs, and of their median.
     pub(crate) fn add_evolution(&mut self, history: &EvolutionHistory, unit: &str, plants: Plants) {
         self.drawn.push(report::fitness_boxes(&history.best, unit, plants));
         if let Some(run) = history.typical_run() {

@@ -117,7 +117,7 @@ pub fn fitness_run(run: usize, best: &[f64], mean: &[f64], unit: &str, plants: P
     plot.legend(&[("best", "best"), ("mean", "mean")]);
     Figure {
         number: "6b",
-        title: format!("Run {run}, a typical successful one"),
+        title: format!("Run {run}, the median of all"),
         caption: format!(
             "Best and mean fitness of each generation of run {run}, whose best fitness at the end is the median of all runs. \
              The best can fall: each generation meets new growth noise, and the best genome is evaluated again. {}",

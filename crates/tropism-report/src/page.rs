@@ -19,6 +19,8 @@ pub struct NumberRow {
     pub paper: String,
     /// As found here.
     pub ours: String,
+    /// Whether the paper's number was reproduced: `yes`, `partly` or `no`; empty if it gives none.
+    pub reproduced: String,
     /// A note for the reader; may be empty.
     pub note: String,
 }
@@ -174,7 +176,7 @@ impl Page {
                 h2 { "Beside the paper" }
                 div.scroll {
                     table.numbers {
-                        thead { tr { td {} th scope="col" { "Paper" } th scope="col" { "Here" } } }
+                        thead { tr { td {} th scope="col" { "Paper" } th scope="col" { "Here" } th scope="col" { "Reproduced" } } }
                         tbody {
                             @for row in &self.numbers {
                                 tr {
@@ -184,6 +186,7 @@ impl Page {
                                     }
                                     td.number data-label="Paper" { (or_dash(&row.paper)) }
                                     td.number.ours data-label="Here" { (or_dash(&row.ours)) }
+                                    td.number data-label="Reproduced" { (or_dash(&row.reproduced)) }
                                 }
                             }
                         }
@@ -416,6 +419,7 @@ mod tests {
                 what: "best evolved (cm)".to_owned(),
                 paper: "14.97".to_owned(),
                 ours: "14.1".to_owned(),
+                reproduced: "partly".to_owned(),
                 note: String::new(),
             }],
             tables: vec![Table {

@@ -61,15 +61,21 @@ impl EvolutionHistory {
         Ok(history)
     }
 
-    /// The first generation, counted from 1, at which the median over runs of the best fitness of a generation, as Fig. 6a
-    /// draws it, reaches `share` of its final value; `None` of an empty history.
+    /// The median over runs of the best fitness of each generation, as Fig. 6a draws it.
+    #[must_use]
+    pub fn medians(&self) -> Vec<f64> {
+        let generations = self.best.iter().map(Vec::len).min().unwrap_or(0);
+        let of_runs = |generation| self.best.iter().map(|run| run[generation]).collect::<Vec<f64>>();
+        (0..generations).map(|generation| median(&of_runs(generation))).collect()
+    }
+
+    /// The first generation, counted from 1, at which [`Self::medians`] reach `share` of their final value; `None` if that is in
+    /// the last tenth of them, where they still rise, and of an empty history.
     #[must_use]
     pub fn saturation(&self, share: f64) -> Option<usize> {
-        let generations = self.best.iter().map(Vec::len).min().filter(|&generations| generations > 0)?;
-        let median_at =
-            |generation: usize| median(&self.best.iter().map(|run| run[generation]).collect::<Vec<f64>>());
-        let last = median_at(generations - 1);
-        (0..generations).position(|generation| median_at(generation) >= share * last).map(|index| index + 1)
+        let medians = self.medians();
+        let first = medians.iter().position(|median| *median >= share * medians[medians.len() - 1])?;
+        (10 * first < 9 * medians.len()).then_some(first + 1)
     }
 
     /// A typical successful run: the one whose best fitness at the end is the upper median of all; `None` without runs.
@@ -129,6 +135,8 @@ mod tests {
         let one = [1.0, 5.0, 9.0, 9.9, 10.0, 11.0, 10.0, 12.0, 10.0, 10.0];
         let other = [1.0, 5.0, 9.0, 9.9, 10.0, 10.0, 12.0, 10.0, 13.0, 10.0];
         assert_eq!(history(&[one, other, one]).saturation(0.98), Some(4));
+        let rising = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0];
+        assert_eq!(history(&[rising]).saturation(0.98), None);
         assert_eq!(EvolutionHistory::default().saturation(0.98), None);
     }
 

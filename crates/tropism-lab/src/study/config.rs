@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use tropism::evolve::EvolutionConfig;
 use tropism::plant::tip::TipModelConfig;
 use tropism::random::{self, Purpose};
-use tropism::task::Task;
+use tropism::task::{Reading, Task};
 use tropism::vision::VisionConfig;
 use tropism_bean::tent::Greenhouse;
 use tropism_rig::file::RigFile;
@@ -37,7 +37,7 @@ pub struct StudyConfig {
     pub reality_plants: u32,
     /// Further unseen plants that the same controllers steer without photographs, 1 to 100000: six say little.
     pub judging_plants: u32,
-    /// Task of the controllers.
+    /// Task of the controllers: by default eq. (9) is read by approach, which reproduces the paper better than the letter.
     pub task: Task,
     /// Settings of the tip-motion model.
     pub model: TipModelConfig,
@@ -60,7 +60,7 @@ impl Default for StudyConfig {
             trial_plants: TRIAL_PLANTS,
             reality_plants: 6,
             judging_plants: JUDGING_PLANTS,
-            task: Task::default(),
+            task: Task { score: Reading::Approach, ..Task::default() },
             model: TipModelConfig::default(),
             evolution: EvolutionConfig::default(),
             vision: VisionConfig::default(),

@@ -3,16 +3,18 @@
 use std::path::Path;
 
 use tropism::evolve::Champion;
+use tropism::math::statistics::{mean, median};
+use tropism::task::{MISS_CM, Reading, Task};
+use tropism::track::Track;
 use tropism_report::{self as report, Figure, Goals, Page, Plants, Table};
 
-use super::results::{RealityNumbers, StudyFolder, StudyResults};
+use super::STAGES;
+use super::config::CONTROLLERS;
+use super::results::{StudyFolder, StudyResults};
 use crate::figures::{Figures, fitness_table};
 use crate::finished_run::FinishedRun;
+use crate::transfer::ControllerResults;
 use crate::{Error, champion, files};
-
-/// The stages of a study, in order, by their keys in `seconds.json`.
-const STAGES: [&str; 7] =
-    ["open-loop experiments", "model", "evolution", "random controllers", "reality", "many plants", "report"];
 
 /// The report of the finished study in `folder`.
 pub(crate) fn page(folder: &Path) -> Result<Page, Error> {
@@ -34,7 +36,11 @@ impl StudyFolder {
             intro: self.intro(results),
             plants: Plants::Virtual,
             numbers: results.rows(),
-            tables: vec![self.controller_table(results), fitness_table(&self.reality["champion"])],
+            tables: vec![
+                self.controller_table(results),
+                self.many_table(),
+                fitness_table(&self.reality["champion"]),
+            ],
             figures: figures.drawn,
             left_out: figures.left_out,
             command: format!("tropism study {}/study.toml", self.path.display()),
@@ -68,32 +74,75 @@ impl StudyFolder {
         )
     }
 
+    /// Each controller in the model and on the unseen beans that were photographed, by both readings of eq. (9) and by what
+    /// people see: how near the tip came to each target.
     fn controller_table(&self, results: &StudyResults) -> Table {
-        let row = |name: &str, model: f64, reality: RealityNumbers| {
-            let RealityNumbers { mean, sd, worst, best, .. } = reality;
+        let by = |score| Task { score, ..self.config.task.clone() };
+        let readings = [Reading::Letter, Reading::Approach].map(by);
+        let row = |title: &str, name: &str, model: f64| {
+            let runs = &self.reality[name];
+            let tracks: Vec<&Track> = runs.iter().map(|run| &run.track).collect();
+            let mean_by = |task: &Task| mean(tracks.iter().map(|track| task.fitness(track)));
+            let visited = tracks.iter().filter(|track| self.config.task.is_done(track) == Some(true)).count();
+            let [letter, approach] = readings.each_ref().map(|task| format!("{:.2}", mean_by(task)));
+            let visited = format!("{visited} of {}", runs.len());
             vec![
-                name.to_owned(),
+                title.to_owned(),
                 format!("{model:.2}"),
-                format!("{mean:.2}"),
-                format!("{sd:.2}"),
-                format!("{worst:.2} to {best:.2}"),
+                letter,
+                approach,
+                distances(&self.config.task, &tracks),
+                visited,
             ]
         };
-        let head = ["Controller", "Mean in the model", "Mean on unseen beans", "sd", "Range"];
+        let [champion, random, periodic, greedy] = CONTROLLERS;
+        let head =
+            ["Controller", "In the model", "To the letter", "By approach", "Distances (cm)", "Visited all"];
         Table {
             title: "Controllers in the model and on unseen beans".to_owned(),
             caption: format!(
-                "Fitness after eq. (9), in cm: over {} simulated plants, and over the same {} virtual beans for each \
-                 controller. Chase lights the lamp on the side of the next target.",
+                "Mean fitness in cm: over {} simulated plants, scored as in evolution, and over the same {} photographed beans \
+                 for each controller, by both readings of eq. (9). Distances are medians of the tip from each target at its \
+                 height; all are visited within {MISS_CM} cm. The greedy controller lights the lamp on the side of the next \
+                 target.",
                 self.config.trial_plants, results.reality_champion.plants
             ),
             head: head.map(str::to_owned).to_vec(),
             rows: vec![
-                row("evolved champion", results.champion_mean_in_model, results.reality_champion),
-                row("best random network", results.random_mean_in_model, results.reality_random),
-                row("periodic", results.periodic_mean_in_model, results.reality_periodic),
-                row("chase (by hand)", results.chase_mean_in_model, results.reality_chase),
+                row("evolved champion", champion, results.champion_mean_in_model),
+                row("best random network", random, results.random_mean_in_model),
+                row("periodic", periodic, results.periodic_mean_in_model),
+                row("greedy (by hand)", greedy, results.chase_mean_in_model),
             ],
+        }
+    }
+
+    /// The same controllers on many more beans.
+    fn many_table(&self) -> Table {
+        let row = |one: &ControllerResults| {
+            let distances: Vec<String> = one
+                .targets
+                .iter()
+                .map(|target| target.median_cm.map_or_else(|| "-".to_owned(), |cm| format!("{cm:.1}")))
+                .collect();
+            let [low, high] = one.interval;
+            let visited = one.done.map_or_else(String::new, |done| {
+                let [low, high] = done.interval.map(|share| 100.0 * share);
+                format!("{:.0} % ({low:.0} to {high:.0})", 100.0 * done.share)
+            });
+            let mean = format!("{:.2} ({low:.2} to {high:.2})", one.mean);
+            vec![one.name.clone(), mean, distances.join(", "), visited]
+        };
+        let head = ["Controller", "Mean fitness (cm)", "Distances (cm)", "Visited all"];
+        Table {
+            title: "Controllers on many unseen beans".to_owned(),
+            caption: format!(
+                "{} virtual beans without photographs, scored as in evolution, with 95 % intervals. Distances and visits are \
+                 those of the table above.",
+                self.many.plants
+            ),
+            head: head.map(str::to_owned).to_vec(),
+            rows: self.many.controllers.iter().map(row).collect(),
         }
     }
 
@@ -106,12 +155,12 @@ impl StudyFolder {
         let runs = &self.evolution.runs;
         let mut order: Vec<usize> = (0..runs.len()).collect();
         order.sort_by(|&a, &b| runs[b].trial.mean.total_cmp(&runs[a].trial.mean));
-        let (chosen, worst) = (self.evolution.champion, order[order.len() - 1]);
-        let second = order.iter().copied().find(|&run| run != chosen).unwrap_or(chosen);
+        let (best, worst) = (order[0], order[order.len() - 1]);
+        let second = order.get(1).copied().unwrap_or(best);
         for (number, title, champion) in [
-            ("7a", "In simulation: the chosen champion", &self.champions[chosen]),
-            ("7b", "In simulation: the champion of another run", &self.champions[second]),
-            ("7c", "In simulation: the worst champion", &self.champions[worst]),
+            ("7a", "In simulation: the champion with the highest mean", &self.champions[best]),
+            ("7b", "In simulation: the second", &self.champions[second]),
+            ("7c", "In simulation: the champion with the lowest mean", &self.champions[worst]),
             ("7d", "In simulation: the best random network", &self.random_champion),
         ] {
             all.drawn.push(self.simulated(number, title, champion)?);
@@ -133,7 +182,8 @@ impl StudyFolder {
         let track =
             champion::simulate(champion, &self.model, task, self.config.seed).map_err(Error::at(title))?;
         let fitness = (task.fitness(&track), task.best_fitness());
-        Ok(report::steering(number, title, &track, &Goals::of(task), fitness, Plants::ModelOfVirtual))
+        let title = format!("{title}; {} cm from the targets", distances(task, &[&track]));
+        Ok(report::steering(number, &title, &track, &Goals::of(task), fitness, Plants::ModelOfVirtual))
     }
 
     /// The champion's run whose fitness is nearest to the mean: as in the paper, Figure 8 shows one experiment.
@@ -142,4 +192,15 @@ impl StudyFolder {
         let distance = |run: &FinishedRun| (self.config.task.fitness(&run.track) - mean).abs();
         self.reality["champion"].iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
+}
+
+/// The median distance of the tips from each target at its height, in cm: `0.4, 1.2, -`.
+fn distances(task: &Task, tracks: &[&Track]) -> String {
+    let crossings: Vec<_> = tracks.iter().map(|track| task.crossings(track)).collect();
+    let of_target = |target: usize| {
+        let reached: Vec<f64> = crossings.iter().filter_map(|all| Some(all[target]?.distance_cm)).collect();
+        if reached.is_empty() { "-".to_owned() } else { format!("{:.1}", median(&reached)) }
+    };
+    let texts: Vec<String> = (0..task.targets.len()).map(of_target).collect();
+    texts.join(", ")
 }

@@ -140,9 +140,10 @@ fn names_laboratories(path: &Path) -> bool {
 }
 
 fn text(results: &StudyResults) -> String {
-    let mut text = format!("{:<42}  {:>8}  ours (virtual plants)\n", "", "paper");
+    let mut text = format!("{:<42}  {:>8}  {:<22}  reproduced\n", "", "paper", "ours (virtual plants)");
     for row in results.rows() {
-        text += &format!("{:<42}  {:>8}  {}\n", row.what, row.paper, row.ours);
+        let line = format!("{:<42}  {:>8}  {:<22}  {}", row.what, row.paper, row.ours, row.reproduced);
+        text += &format!("{}\n", line.trim_end());
     }
     let StudyResults { reality_random, reality_periodic, reality_chase, .. } = results;
     text += &format!(
