@@ -1,129 +1,136 @@
-//! Dequantisation and the inverse DCT: from the coefficients of a block to its samples (T.81, A.3.3 and A.3.4).
+//! Dequantisation and the inverse DCT: from the coefficients of a block to its samples, or to means of them (T.81, A.3.3
+//! and A.3.4).
 //!
-//! The transform computes in whole numbers, columns first, with cosines of 12 bits. It repeats the arithmetic of
-//! `zune-jpeg`, so that both decoders give the same samples.
-//!
-//! # References
-//! Loeffler, Ligtenberg and Moschytz 1989, *Practical fast 1-D DCT algorithms with 11 multiplications*,
-//! doi:10.1109/ICASSP.1989.266596.
+//! The one idea: the transform is linear and separable. A mean of neighbouring samples is the same weighted sum as a
+//! sample, of basis functions that are averaged over as many places. So one transform gives all sizes.
+
+use std::ops::Range;
 
 use super::{BLOCK_SIDE, Block, Component, Jpeg, ZIGZAG};
 
-/// Eight rows of eight numbers.
-type Rows<T> = [[T; BLOCK_SIDE]; BLOCK_SIDE];
+/// Values of one component in the whole blocks around a region: samples, or the means of their squares.
+pub(super) struct Window<T> {
+    /// Column and row of the first value in the component.
+    left: usize,
+    top: usize,
+    width: usize,
+    values: Vec<T>,
+}
 
-/// What the first pass (columns) and the second (rows) add before they drop the lowest bits: half of the last bit
-/// kept. The second pass adds the half of the first again, as `zune-jpeg` does, and the level shift of 128 (T.81,
-/// A.3.1).
-const ROUNDING: [i32; 2] = [1 << 9, (1 << 9) + (1 << 16) + (128 << 17)];
-
-/// Bits that each pass drops. The factors have 12 bits; the first pass keeps two of them for precision, and the
-/// second drops those, its own 12 and the 3 of the transform's scale of 1/8.
-const DROPPED_BITS: [u32; 2] = [10, 17];
-
-/// The last zig-zag index up to which all coefficients lie in the first four rows and columns (T.81, figure A.6).
-const LAST_OF_CORNER: usize = 9;
+impl<T> Window<T> {
+    /// Some columns of row `y`.
+    #[inline]
+    pub(super) fn row(&self, y: usize, columns: Range<usize>) -> &[T] {
+        let start = (y - self.top) * self.width;
+        &self.values[start + columns.start - self.left..start + columns.end - self.left]
+    }
+}
 
 impl Jpeg {
-    /// The samples of a block, row by row.
+    /// The given columns and rows of a component of which each block has `ACROSS` x `DOWN` values.
     #[inline(always)]
-    pub(super) fn samples(&self, component: &Component, block: &Block) -> Rows<u8> {
-        let dc = i32::from(block.dc) * component.quantisation[0];
-        let coefficients = self.ac_coefficients(block);
-        let Some(last) = coefficients.last() else {
-            // The DC coefficient is eight times the mean; 4 rounds, 1024 is the level shift of 128.
-            return [[((dc + 4 + 1024) >> 3).clamp(0, 255) as u8; BLOCK_SIDE]; BLOCK_SIDE];
+    pub(super) fn window<T: Copy + Default, const ACROSS: usize, const DOWN: usize>(
+        &self,
+        component: &Component,
+        columns: &Range<usize>,
+        rows: &Range<usize>,
+        convert: impl Fn(f32) -> T,
+    ) -> Window<T> {
+        let blocks = |range: &Range<usize>, side: usize, count: usize| {
+            (range.start / side, ((range.end - 1) / side).min(count - 1))
         };
-        let mut short: Rows<i16> = [[0; BLOCK_SIDE]; BLOCK_SIDE];
-        short[0][0] = dc as i16;
-        let mut sum = 0;
-        for coefficient in coefficients {
-            let value = coefficient.value() * component.quantisation[coefficient.index()];
-            let at = usize::from(ZIGZAG[coefficient.index()]);
-            short[at / BLOCK_SIDE][at % BLOCK_SIDE] = value as i16;
-            sum += value.abs();
+        let (left, right) = blocks(columns, ACROSS, component.block_columns);
+        let (top, bottom) = blocks(rows, DOWN, component.block_rows);
+        let width = ACROSS * (right - left + 1);
+        let mut values = vec![T::default(); width * DOWN * (bottom - top + 1)];
+        for (row, strip) in (top..=bottom).zip(values.chunks_exact_mut(DOWN * width)) {
+            let first = row * component.block_columns;
+            for (column, block) in component.blocks[first + left..=first + right].iter().enumerate() {
+                // The DC coefficient is eight times the mean; 128 is the level shift (T.81, A.3.1).
+                let mean = (i32::from(block.dc) * component.quantisation[0]) as f32 / 8.0 + 128.0;
+                let lines = strip.chunks_exact_mut(width);
+                if ACROSS * DOWN == 1 || block.ac_count == 0 {
+                    let mean = convert(mean);
+                    lines.for_each(|line| line[ACROSS * column..][..ACROSS].fill(mean));
+                    continue;
+                }
+                let parts = self.inverse::<ACROSS, DOWN>(component, block, mean);
+                for (line, values) in lines.zip(parts) {
+                    line[ACROSS * column..][..ACROSS].copy_from_slice(&values.map(&convert));
+                }
+            }
         }
-        // 16 bits suffice: the first pass multiplies the DC coefficient by 4 and the others by at most 5.6.
-        if 4 * dc.abs() + 6 * sum <= i32::from(i16::MAX) {
-            return if last.index() <= LAST_OF_CORNER {
-                inverse::<i16, 4>(&short, |value| value as i16)
-            } else {
-                inverse::<i16, BLOCK_SIDE>(&short, |value| value as i16)
-            };
+        Window { left: ACROSS * left, top: DOWN * top, width, values }
+    }
+
+    /// The inverse DCT of a block of this mean, row by row: the means of `ACROSS` x `DOWN` equal parts of it.
+    #[inline(always)]
+    fn inverse<const ACROSS: usize, const DOWN: usize>(
+        &self,
+        component: &Component,
+        block: &Block,
+        mean: f32,
+    ) -> [[f32; ACROSS]; DOWN] {
+        let mut out = [[mean; ACROSS]; DOWN];
+        // Down the columns: for each horizontal frequency, its share in each row.
+        let mut shares = [[0.0; DOWN]; BLOCK_SIDE];
+        let mut highest = 0;
+        for coefficient in self.ac_coefficients(block) {
+            let index = coefficient.index();
+            let value = (coefficient.value() * component.quantisation[index]) as f32 / 8.0;
+            let (across, down) =
+                (usize::from(ZIGZAG[index]) % BLOCK_SIDE, usize::from(ZIGZAG[index]) / BLOCK_SIDE);
+            highest = highest.max(across);
+            let basis = &Basis::<DOWN>::BY_FREQUENCY[down];
+            shares[across].iter_mut().zip(basis).for_each(|(sum, weight)| *sum += value * weight);
         }
-        let mut long: Rows<i32> = [[0; BLOCK_SIDE]; BLOCK_SIDE];
-        long[0][0] = dc;
-        for coefficient in coefficients {
-            let at = usize::from(ZIGZAG[coefficient.index()]);
-            long[at / BLOCK_SIDE][at % BLOCK_SIDE] =
-                coefficient.value() * component.quantisation[coefficient.index()];
+        // Along the rows. Most blocks have low frequencies only.
+        let add = |line: &mut [f32; ACROSS], row: usize, count: usize| {
+            for (shares, basis) in shares.iter().zip(&Basis::<ACROSS>::BY_FREQUENCY).take(count) {
+                line.iter_mut().zip(basis).for_each(|(sum, weight)| *sum += shares[row] * weight);
+            }
+        };
+        for (row, line) in out.iter_mut().enumerate() {
+            if highest < 4 { add(line, row, 4) } else { add(line, row, BLOCK_SIDE) }
         }
-        inverse::<i32, BLOCK_SIDE>(&long, |value| value)
+        out
     }
 }
 
-/// The inverse DCT of dequantised coefficients that are zero outside the first `USED` rows and columns. Processors
-/// multiply numbers of 16 bits several times faster than those of 32.
-#[inline(always)]
-fn inverse<T: Copy + Default + Into<i32>, const USED: usize>(
-    rows: &Rows<T>,
-    narrow: impl Fn(i32) -> T,
-) -> Rows<u8> {
-    let columns = pass::<T, USED>(rows, ROUNDING[0], DROPPED_BITS[0]);
-    let mut transposed: Rows<T> = [[T::default(); BLOCK_SIDE]; BLOCK_SIDE];
-    for y in 0..BLOCK_SIDE {
-        for x in 0..BLOCK_SIDE {
-            transposed[x][y] = narrow(columns[y][x]);
+/// Basis functions of the one-dimensional DCT, averaged over `N` equal parts of a block's side. They are scaled so that
+/// the first is 1, and a coefficient counts an eighth.
+struct Basis<const N: usize>;
+
+impl<const N: usize> Basis<N> {
+    /// The means by frequency: of the square root of 2 times cosines (T.81, A.3.3).
+    const BY_FREQUENCY: [[f32; N]; BLOCK_SIDE] = {
+        let mut basis = [[1.0; N]; BLOCK_SIDE];
+        let (length, mut at) = (BLOCK_SIDE / N, N);
+        while at < N * BLOCK_SIDE {
+            let (frequency, part) = (at / N, at % N);
+            let (mut sum, mut sample) = (0.0, part * length);
+            while sample < (part + 1) * length {
+                let sixteenths = (2 * sample + 1) * frequency % 32;
+                let sixteenths = if sixteenths > 16 { 32 - sixteenths } else { sixteenths };
+                sum += if sixteenths > 8 { -COSINES[16 - sixteenths] } else { COSINES[sixteenths] };
+                sample += 1;
+            }
+            basis[frequency][part] = (std::f64::consts::SQRT_2 * sum / length as f64) as f32;
+            at += 1;
         }
-    }
-    let samples = pass::<T, USED>(&transposed, ROUNDING[1], DROPPED_BITS[1]);
-    let mut out = [[0; BLOCK_SIDE]; BLOCK_SIDE];
-    for (y, row) in out.iter_mut().enumerate() {
-        for (x, value) in row.iter_mut().enumerate() {
-            *value = samples[x][y].clamp(0, 255) as u8;
-        }
-    }
-    out
+        basis
+    };
 }
 
-/// The one-dimensional inverse DCT of eight columns at a time: `rounding` is added before the lowest `dropped_bits`
-/// go.
-///
-/// A factor is the square root of 2 times the cosine of n/16 of half a turn, times 4096. It is put together from the
-/// rounded factors of Loeffler and others, which is why its last digit may be off (5683 for 5681.3).
-#[inline(always)]
-fn pass<T: Copy + Into<i32>, const USED: usize>(
-    rows: &Rows<T>,
-    rounding: i32,
-    dropped_bits: u32,
-) -> Rows<i32> {
-    let mut out: Rows<i32> = [[0; BLOCK_SIDE]; BLOCK_SIDE];
-    for x in 0..BLOCK_SIDE {
-        let at: [i32; BLOCK_SIDE] = std::array::from_fn(|y| if y < USED { rows[y][x].into() } else { 0 });
-        let times = |y: usize, factor: i32| at[y].wrapping_mul(factor);
-        let sum = |one: i32, other: i32| one.wrapping_add(other);
-        // The even half: a four-point transform of coefficients 0, 2, 4 and 6.
-        let sum04 = sum(at[0], at[4]).wrapping_shl(12);
-        let difference04 = at[0].wrapping_sub(at[4]).wrapping_shl(12);
-        let rotated2 = sum(times(2, 5352), times(6, 2217));
-        let rotated6 = sum(times(2, 2217), times(6, -5350));
-        let even = [
-            sum(sum04, rotated2),
-            sum(difference04, rotated6),
-            difference04.wrapping_sub(rotated6),
-            sum04.wrapping_sub(rotated2),
-        ];
-        let odd = [
-            sum(sum(times(1, 5683), times(3, 4816)), sum(times(5, 3219), times(7, 1131))),
-            sum(sum(times(1, 4816), times(3, -1129)), sum(times(5, -5681), times(7, -3218))),
-            sum(sum(times(1, 3219), times(3, -5681)), sum(times(5, 1132), times(7, 4816))),
-            sum(sum(times(1, 1131), times(3, -3218)), sum(times(5, 4816), times(7, -5680))),
-        ];
-        for y in 0..4 {
-            let even = sum(even[y], rounding);
-            out[y][x] = sum(even, odd[y]) >> dropped_bits;
-            out[7 - y][x] = even.wrapping_sub(odd[y]) >> dropped_bits;
-        }
-    }
-    out
-}
+/// Cosines of 0 to 8 sixteenths of half a turn. `const` code cannot call `cos`.
+const COSINES: [f64; 9] = [
+    1.0,
+    0.980_785_280_403_230_4,
+    0.923_879_532_511_286_7,
+    0.831_469_612_302_545_2,
+    std::f64::consts::FRAC_1_SQRT_2,
+    0.555_570_233_019_602_2,
+    0.382_683_432_365_089_8,
+    0.195_090_322_016_128_27,
+    0.0,
+];

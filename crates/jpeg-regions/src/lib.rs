@@ -7,10 +7,11 @@
 //!
 //! The steps of decoding, each in its file: marker segments (`headers`), Huffman tables (`huffman`), codes and values
 //! (`bit_reader`), minimum coded units (`scan`), dequantisation and inverse DCT (`idct`), chroma upsampling
-//! (`upsample`), colour conversion (`colour`). `region` and `scaled` put them together.
+//! (`upsample`), colour conversion (`colour`). `region` puts them together.
 //!
 //! [`Jpeg::read`] accepts what the baseline process allows and cameras write. It declines everything else without a
-//! reason, for another decoder to decide. The pixels are those of `zune-jpeg` to the bit.
+//! reason, for another decoder to decide. The pixels differ by rounding only from
+//! those of other decoders.
 //!
 //! [`Jpeg::decode_region`], [`Jpeg::decode_scaled`] and [`Jpeg::decode_scaled_luma`] and all that they call are inlined: a
 //! caller that is compiled for wider vectors (`#[target_feature]`) has them compiled for these.
@@ -27,7 +28,6 @@ mod headers;
 mod idct;
 mod upsample;
 mod region;
-mod scaled;
 mod scan;
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
-//! The pixels of a region: inverse DCT of the blocks around it, chroma upsampling and colour conversion.
+//! A region at its own size, or at 1/2, 1/4 or 1/8 of it without its pixels: inverse DCT of the blocks around it, chroma
+//! upsampling and colour conversion.
 
 use std::ops::Range;
 
 use super::colour::ycbcr_row_to_rgb;
-use super::upsample::{SampleWindow, upsample_row};
+use super::idct::Window;
+use super::upsample::upsample_row;
 use super::{BLOCK_SIDE, Component, Jpeg};
 
 impl Jpeg {
@@ -15,17 +17,25 @@ impl Jpeg {
     #[inline(always)]
     pub fn decode_region(&self, columns: Range<usize>, rows: Range<usize>) -> Vec<u8> {
         self.check_region(&columns, &rows);
-        let width = columns.len();
         // A loop, as what a closure of an iterator calls would not be compiled for this processor.
         let mut windows = Vec::with_capacity(self.components.len());
         for component in &self.components {
-            windows.push(self.sample_window(component, &columns, &rows));
+            // A component of half the resolution needs the next sample on each side.
+            let (across, down) = component.subsampling;
+            let samples = |range: &Range<usize>, subsampling: usize| {
+                let margin = subsampling - 1;
+                (range.start / subsampling).saturating_sub(margin)..(range.end - 1) / subsampling + margin + 1
+            };
+            let (columns, rows) = (samples(&columns, across), samples(&rows, down));
+            windows.push(self.window::<u8, BLOCK_SIDE, BLOCK_SIDE>(component, &columns, &rows, |value| {
+                fixed_point::<0>(value.clamp(0.0, 255.0)) as u8
+            }));
         }
-        let mut rgb = vec![0; 3 * width * rows.len()];
+        let mut rgb = vec![0; 3 * columns.len() * rows.len()];
         let mut chroma = [Vec::new(), Vec::new()];
         let mut mixed = Vec::new();
-        for (y, out) in rows.zip(rgb.chunks_exact_mut(3 * width)) {
-            let luma = &windows[0].row(y)[columns.start - windows[0].left..][..width];
+        for (y, out) in rows.zip(rgb.chunks_exact_mut(3 * columns.len())) {
+            let luma = windows[0].row(y, columns.clone());
             for ((component, window), line) in self.components.iter().zip(&windows).skip(1).zip(&mut chroma) {
                 upsample_row(component, window, y, columns.clone(), &mut mixed, line);
             }
@@ -33,39 +43,106 @@ impl Jpeg {
             if self.components.len() == 1 {
                 out.chunks_exact_mut(3).zip(luma).for_each(|(pixel, &value)| pixel.fill(value));
             } else {
-                ycbcr_row_to_rgb(luma, blue, red, out);
+                ycbcr_row_to_rgb::<_, 0>(luma, blue, red, out);
             }
         }
         rgb
     }
 
-    /// The samples of a component that the pixels of a region need.
+    /// Whether a region can be decoded at 1/`factor` of its size: for 2, 4 and 8, where the region begins at a
+    /// multiple of the factor.
+    #[must_use]
+    pub const fn can_decode_scaled(columns: &Range<usize>, rows: &Range<usize>, factor: usize) -> bool {
+        matches!(factor, 2 | 4 | 8)
+            && columns.start.is_multiple_of(factor)
+            && rows.start.is_multiple_of(factor)
+    }
+
+    /// The luma of a region at 1/`factor` of its size, row by row, 0 to 255. Squares that the region cuts are left
+    /// out.
+    ///
+    /// A mean of pixels would differ a little, as each pixel is clamped and rounded.
+    ///
+    /// # Panics
+    /// If the region does not lie in the picture or [`Jpeg::can_decode_scaled`] is false.
+    #[must_use]
     #[inline(always)]
-    fn sample_window(
+    pub fn decode_scaled_luma(&self, columns: Range<usize>, rows: Range<usize>, factor: usize) -> Vec<f32> {
+        let window = self.square_means(&self.components[0], &columns, &rows, factor, |mean| mean);
+        let (columns, rows) = (scaled(&columns, factor), scaled(&rows, factor));
+        let mut values = Vec::with_capacity(columns.len() * rows.len());
+        for row in rows {
+            values.extend(window.row(row, columns.clone()).iter().map(|value| value.clamp(0.0, 255.0)));
+        }
+        values
+    }
+
+    /// The region at 1/`factor` of its size. Squares that the region cuts are left out.
+    ///
+    /// Chroma of half the resolution is not interpolated: a square takes the mean of its own chroma samples.
+    ///
+    /// # Panics
+    /// If the region does not lie in the picture or [`Jpeg::can_decode_scaled`] is false.
+    #[must_use]
+    #[inline(always)]
+    pub fn decode_scaled(&self, columns: Range<usize>, rows: Range<usize>, factor: usize) -> Vec<u8> {
+        let mut windows = Vec::with_capacity(self.components.len());
+        for component in &self.components {
+            windows.push(self.square_means(component, &columns, &rows, factor, fixed_point::<FRACTION>));
+        }
+        let (columns, rows) = (scaled(&columns, factor), scaled(&rows, factor));
+        let mut rgb = vec![0; 3 * columns.len() * rows.len()];
+        for (row, out) in rows.zip(rgb.chunks_exact_mut((3 * columns.len()).max(1))) {
+            let line = |component: usize| windows[component].row(row, columns.clone());
+            if windows.len() == 1 {
+                let grey = vec![128 << FRACTION; columns.len()];
+                ycbcr_row_to_rgb::<_, FRACTION>(line(0), &grey, &grey, out);
+            } else {
+                ycbcr_row_to_rgb::<_, FRACTION>(line(0), line(1), line(2), out);
+            }
+        }
+        rgb
+    }
+
+    /// The means of a component over squares of `factor` x `factor` pixels.
+    #[inline(always)]
+    fn square_means<T: Copy + Default>(
         &self,
         component: &Component,
         columns: &Range<usize>,
         rows: &Range<usize>,
-    ) -> SampleWindow {
-        // A component of half the resolution needs the next sample on each side.
-        let blocks = |range: &Range<usize>, subsampling: usize, count: usize| {
-            let (first, last) = (range.start / subsampling, (range.end - 1) / subsampling);
-            let margin = subsampling - 1;
-            (first.saturating_sub(margin) / BLOCK_SIDE, ((last + margin) / BLOCK_SIDE).min(count - 1))
-        };
-        let Component { subsampling, block_columns, block_rows, .. } = *component;
-        let (left, right) = blocks(columns, subsampling.0, block_columns);
-        let (top, bottom) = blocks(rows, subsampling.1, block_rows);
-        let width = BLOCK_SIDE * (right - left + 1);
-        let mut samples = vec![0; width * BLOCK_SIDE * (bottom - top + 1)];
-        for (row, strip) in (top..=bottom).zip(samples.chunks_exact_mut(BLOCK_SIDE * width)) {
-            let blocks = &component.blocks[row * block_columns + left..=row * block_columns + right];
-            for (column, block) in blocks.iter().enumerate() {
-                for (line, values) in strip.chunks_exact_mut(width).zip(self.samples(component, block)) {
-                    line[BLOCK_SIDE * column..][..BLOCK_SIDE].copy_from_slice(&values);
-                }
-            }
+        factor: usize,
+        convert: impl Fn(f32) -> T,
+    ) -> Window<T> {
+        self.check_region(columns, rows);
+        assert!(Self::can_decode_scaled(columns, rows, factor), "{columns:?} and {rows:?} by {factor}");
+        let squares = |range: &Range<usize>| range.start / factor..(range.end - 1) / factor + 1;
+        let (columns, rows) = (&squares(columns), &squares(rows));
+        // Squares across and down in a block.
+        let (across, down) = component.subsampling;
+        match (BLOCK_SIDE * across / factor, BLOCK_SIDE * down / factor) {
+            (1, 1) => self.window::<_, 1, 1>(component, columns, rows, convert),
+            (2, 1) => self.window::<_, 2, 1>(component, columns, rows, convert),
+            (2, 2) => self.window::<_, 2, 2>(component, columns, rows, convert),
+            (4, 2) => self.window::<_, 4, 2>(component, columns, rows, convert),
+            (4, 4) => self.window::<_, 4, 4>(component, columns, rows, convert),
+            (8, 4) => self.window::<_, 8, 4>(component, columns, rows, convert),
+            _ => self.window::<_, 8, 8>(component, columns, rows, convert),
         }
-        SampleWindow { left: BLOCK_SIDE * left, top: BLOCK_SIDE * top, width, samples }
     }
+}
+
+/// Fractional bits of the means of squares before colour conversion.
+const FRACTION: u32 = 5;
+
+/// The nearest multiple of 1/2^`FRACTION`, in these units; below 2^15 of them.
+#[inline(always)]
+fn fixed_point<const FRACTION: u32>(value: f32) -> i16 {
+    // At 1.5 times 2^23 the last bit of a number is worth 1, so the sum is rounded and its low bits are the result.
+    (value * (1 << FRACTION) as f32 + 12_582_912.0).to_bits() as i16
+}
+
+/// The whole squares of a range of pixels.
+const fn scaled(range: &Range<usize>, factor: usize) -> Range<usize> {
+    range.start / factor..range.start / factor + (range.end - range.start) / factor
 }

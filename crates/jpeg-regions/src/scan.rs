@@ -28,10 +28,6 @@ impl Headers {
             .collect();
         // The DC coefficient of each component's last block: the prediction of the next one (T.81, F.2.1.3.1).
         let mut dc = [0_i32; 3];
-        // Larger DC coefficients could overflow the inverse DCT.
-        let dc_limits: Vec<i32> = (self.components.iter())
-            .map(|component| i32::from(i16::MAX) / component.quantisation[0].max(1))
-            .collect();
         let mut units_to_restart = self.restart_interval;
         let mut restarts = 0;
         for unit in 0..units_across * units_down {
@@ -53,11 +49,12 @@ impl Headers {
                         }
                         let out = ac_coefficients[ac_start..].first_chunk_mut()?;
                         let count = reader.decode_ac::<STORE>(&component.ac, out)?;
-                        if dc[index].abs() > dc_limits[index] {
-                            return None;
-                        }
                         blocks[index][(y * rows + row) * units_across * columns + x * columns + column] =
-                            Block { ac_start: ac_start as u32, ac_count: count as u16, dc: dc[index] as i16 };
+                            Block {
+                                ac_start: ac_start as u32,
+                                ac_count: count as u16,
+                                dc: i16::try_from(dc[index]).ok()?,
+                            };
                         ac_start += if STORE { count } else { 0 };
                     }
                 }

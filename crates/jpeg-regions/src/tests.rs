@@ -96,6 +96,12 @@ fn decoded(bytes: &[u8]) -> Image {
     Image { width, height, rgb }
 }
 
+/// Whether two decoders gave the same pixels but for rounding: a level in each of luma and chroma, which is up to three
+/// in blue.
+fn is_near(one: &[u8], other: &[u8]) -> bool {
+    one.len() == other.len() && one.iter().zip(other).all(|(one, other)| one.abs_diff(*other) <= 4)
+}
+
 fn cropped(image: &Image, columns: Range<usize>, rows: Range<usize>) -> Vec<u8> {
     let row = |y| &image.rgb[3 * (y * image.width + columns.start)..][..3 * columns.len()];
     rows.flat_map(row).copied().collect()
@@ -122,7 +128,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn any_region_has_the_pixels_of_zune_jpeg(
+    fn any_region_has_the_pixels_of_another_decoder(
         encoding in encodings(), (width, height) in (16..120_usize, 16..90_usize), noise in 0.0..120.0,
         from in (0.0..1.0, 0.0..1.0), to in (0.0..1.0, 0.0..1.0),
     ) {
@@ -130,11 +136,12 @@ proptest! {
         let whole = decoded(&bytes);
         let jpeg = Jpeg::read(&bytes).unwrap();
         let all = jpeg.decode_region(0..width, 0..height);
-        prop_assert!(all == whole.rgb);
+        prop_assert!(is_near(&all, &whole.rgb));
         let (x, y) = ((from.0 * width as f64) as usize, (from.1 * height as f64) as usize);
         let side = |share: f64, most: usize| 1 + (share * most as f64) as usize % most;
         let (columns, rows) = (x..x + side(to.0, width - x), y..y + side(to.1, height - y));
-        prop_assert_eq!(jpeg.decode_region(columns.clone(), rows.clone()), cropped(&whole, columns, rows));
+        let all = Image { rgb: all, ..whole };
+        prop_assert_eq!(jpeg.decode_region(columns.clone(), rows.clone()), cropped(&all, columns, rows));
     }
 
     #[test]
@@ -204,7 +211,7 @@ fn files_that_are_not_whole_and_baseline_are_declined() {
 }
 
 #[test]
-fn every_file_that_is_read_has_the_pixels_of_zune_jpeg() {
+fn damaged_files_that_are_read_have_the_pixels_of_another_decoder() {
     let whole = encoded(&scene(64, 48, 30.0), Encoding { restart_interval: 2, ..PLAIN }, false);
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let mut taken = BTreeSet::new();
@@ -213,7 +220,7 @@ fn every_file_that_is_read_has_the_pixels_of_zune_jpeg() {
         bytes[at] ^= 1 << (8.0 * rng.random::<f64>()) as u8;
         if let Some(jpeg) = Jpeg::read(&bytes) {
             let pixels = jpeg.decode_region(0..jpeg.width, 0..jpeg.height);
-            assert!(pixels == decoded(&bytes).rgb, "byte {at}");
+            assert!(is_near(&pixels, &decoded(&bytes).rgb), "byte {at}");
             taken.insert(at);
         }
     }

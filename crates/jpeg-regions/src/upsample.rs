@@ -1,34 +1,18 @@
 //! Chroma upsampling: one row of a component at the picture's resolution.
 //!
 //! A component of half the resolution is interpolated linearly, the nearest sample weighing 3/4 and the next one 1/4,
-//! as libjpeg's "fancy upsampling" does. The arithmetic is that of `zune-jpeg`.
+//! as libjpeg's "fancy upsampling" does.
 
 use std::ops::Range;
 
+use super::idct::Window;
 use super::{BLOCK_SIDE, Component};
-
-/// Samples of one component, in whole blocks around a region.
-pub(super) struct SampleWindow {
-    /// Column and row of the first sample in the component.
-    pub(super) left: usize,
-    pub(super) top: usize,
-    pub(super) width: usize,
-    pub(super) samples: Vec<u8>,
-}
-
-impl SampleWindow {
-    /// Row `y` of the component, as far as it lies in the window.
-    #[inline]
-    pub(super) fn row(&self, y: usize) -> &[u8] {
-        &self.samples[(y - self.top) * self.width..][..self.width]
-    }
-}
 
 /// Writes columns `xs` of row `y` of the picture to `out`. `mixed` is a buffer that is used again from row to row.
 #[inline(always)]
 pub(super) fn upsample_row(
     component: &Component,
-    samples: &SampleWindow,
+    samples: &Window<u8>,
     y: usize,
     xs: Range<usize>,
     mixed: &mut Vec<i16>,
@@ -39,14 +23,14 @@ pub(super) fn upsample_row(
     let (first, end) = (xs.start / across, (xs.end - 1) / across + 1);
     // One sample more on each side; beyond the edge, the edge is repeated below.
     let (from, to) = (first.saturating_sub(across - 1), (end + across - 1).min(last.0 + 1));
-    let near = &samples.row(y / down)[from - samples.left..to - samples.left];
+    let near = samples.row(y / down, from..to);
     mixed.resize(end - first + 2, 0);
     let inner = &mut mixed[1 + from - first..][..to - from];
     if down == 1 {
         inner.iter_mut().zip(near).for_each(|(value, near)| *value = i16::from(*near));
     } else {
         let next = if y.is_multiple_of(2) { (y / 2).saturating_sub(1) } else { (y / 2 + 1).min(last.1) };
-        let far = &samples.row(next)[from - samples.left..to - samples.left];
+        let far = samples.row(next, from..to);
         for ((value, near), far) in inner.iter_mut().zip(near).zip(far) {
             *value = (3 * i16::from(*near) + i16::from(*far) + 2) >> 2;
         }

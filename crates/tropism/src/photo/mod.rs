@@ -96,14 +96,7 @@ impl Photo {
     /// # Errors
     /// [`PhotoError`] where the bytes are not one whole JPEG, PNG or TIFF file.
     pub fn decode(&self) -> Result<Image, PhotoError> {
-        let image = match self.bytes.as_slice() {
-            [] => Err(PhotoError::Empty),
-            [0xff, 0xd8, ..] => decode_jpeg(&self.bytes),
-            [0x89, b'P', b'N', b'G', ..] => decode_png(&self.bytes),
-            [b'I', b'I', 42, 0, ..] | [b'M', b'M', 0, 42, ..] => tiff::decode(&self.bytes),
-            other => Err(PhotoError::UnknownFormat(other.iter().take(4).copied().collect())),
-        }?;
-        Ok(self.orientation().upright(image))
+        self.open().map(LazyImage::into_image)
     }
 
     /// Checks that the photograph is whole and prepares it for decoding by regions, with the same pixels as
@@ -112,10 +105,18 @@ impl Photo {
     /// # Errors
     /// Those of [`Photo::decode`].
     pub fn open(&self) -> Result<LazyImage, PhotoError> {
-        match Jpeg::read(without_padding(&self.bytes)) {
-            Some(jpeg) if self.orientation() == Orientation::default() => Ok(LazyImage::Jpeg(jpeg)),
-            _ => self.decode().map(LazyImage::Decoded),
-        }
+        let image = match self.bytes.as_slice() {
+            [] => Err(PhotoError::Empty),
+            [0xff, 0xd8, ..] => match Jpeg::read(without_padding(&self.bytes)).map(LazyImage::Jpeg) {
+                Some(jpeg) if self.orientation() == Orientation::default() => return Ok(jpeg),
+                Some(jpeg) => Ok(jpeg.into_image()),
+                None => decode_jpeg(&self.bytes),
+            },
+            [0x89, b'P', b'N', b'G', ..] => decode_png(&self.bytes),
+            [b'I', b'I', 42, 0, ..] | [b'M', b'M', 0, 42, ..] => tiff::decode(&self.bytes),
+            other => Err(PhotoError::UnknownFormat(other.iter().take(4).copied().collect())),
+        }?;
+        Ok(LazyImage::Decoded(self.orientation().upright(image)))
     }
 
     fn orientation(&self) -> Orientation {

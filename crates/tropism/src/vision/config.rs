@@ -36,30 +36,8 @@ pub enum Direction {
     Down,
 }
 
-impl Direction {
-    /// All directions; the usual one first.
-    pub const ALL: [Self; 4] = [Self::Up, Self::Left, Self::Right, Self::Down];
-
-    /// Its word in settings.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Up => "up",
-            Self::Left => "left",
-            Self::Right => "right",
-            Self::Down => "down",
-        }
-    }
-}
-
-impl std::str::FromStr for Direction {
-    type Err = String;
-
-    fn from_str(word: &str) -> Result<Self, String> {
-        let named = Self::ALL.into_iter().find(|direction| direction.name() == word);
-        named.ok_or_else(|| format!("found {word:?}, wanted up, left, right or down"))
-    }
-}
+// The usual one first.
+words! { Direction, "direction": Up = "up", Left = "left", Right = "right", Down = "down" }
 
 /// Settings of plant detection.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -211,17 +189,6 @@ pub enum Brightness {
     Luma,
 }
 
-/// Range of the channels that are "remapped onto the domain (0.0, 1.0)" (section 4).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Remap {
-    /// From 0 to 255.
-    #[default]
-    Fixed,
-    /// From the least to the greatest value of the channel in the crop.
-    Stretch,
-}
-
 /// Colour thresholds of eq. (10), and the choices that the paper leaves open there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -234,19 +201,11 @@ pub struct StemConfig {
     pub brightness: f64,
     /// Definition of V.
     pub value: Brightness,
-    /// Range of the channels that is mapped to 0 to 1.
-    pub remap: Remap,
 }
 
 impl Default for StemConfig {
     fn default() -> Self {
-        Self {
-            excess: 0.5,
-            green: 0.75,
-            brightness: 0.75,
-            value: Brightness::default(),
-            remap: Remap::default(),
-        }
+        Self { excess: 0.5, green: 0.75, brightness: 0.75, value: Brightness::default() }
     }
 }
 

@@ -30,55 +30,8 @@ pub enum FrameStatus {
     ClockGap,
 }
 
-impl FrameStatus {
-    /// Every status.
-    pub const ALL: [Self; 11] = [
-        Self::Ok,
-        Self::Corrupt,
-        Self::Foreign,
-        Self::Dark,
-        Self::NoPlant,
-        Self::Repeated,
-        Self::Ambiguous,
-        Self::Hidden,
-        Self::LeavesView,
-        Self::Jump,
-        Self::ClockGap,
-    ];
-
-    /// The word used in files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ok => "ok",
-            Self::Corrupt => "corrupt",
-            Self::Foreign => "foreign",
-            Self::Dark => "dark",
-            Self::NoPlant => "no_plant",
-            Self::Repeated => "repeated",
-            Self::Ambiguous => "ambiguous",
-            Self::Hidden => "hidden",
-            Self::LeavesView => "leaves_view",
-            Self::Jump => "jump",
-            Self::ClockGap => "clock_gap",
-        }
-    }
-}
-
-impl std::fmt::Display for FrameStatus {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl std::str::FromStr for FrameStatus {
-    type Err = String;
-
-    fn from_str(word: &str) -> Result<Self, String> {
-        let status = Self::ALL.into_iter().find(|status| status.name() == word);
-        status.ok_or_else(|| {
-            let names = Self::ALL.map(Self::name);
-            format!("found status {word:?}, wanted one of {}", names.join(", "))
-        })
-    }
+words! {
+    FrameStatus, "status": Ok = "ok", Corrupt = "corrupt", Foreign = "foreign", Dark = "dark", NoPlant = "no_plant",
+    Repeated = "repeated", Ambiguous = "ambiguous", Hidden = "hidden", LeavesView = "leaves_view", Jump = "jump",
+    ClockGap = "clock_gap",
 }

@@ -10,12 +10,12 @@
 use std::ops::Range;
 
 use super::detect::connected_components::{BoundingBox, ConnectedComponents};
+use super::detect::curve::median;
 use super::detect::hysteresis::Evidence;
 use super::raster::filter::downscale;
 use super::raster::turn::Turn;
 use super::{Direction, VisionConfig, detect_from_base};
 use crate::geometry::{Pixel, Region};
-use crate::math::statistics::upper_median;
 use crate::photo::Image;
 
 /// Photographs that are compared, each with the next of them, at equal distances over the series.
@@ -171,10 +171,7 @@ impl Pose {
 
     /// Region and median root, in the photographs' own coordinates.
     fn place(&self) -> (Region, Pixel) {
-        let middle = |of: fn(&Pixel) -> f64| {
-            let values: Vec<f64> = self.roots.iter().map(of).collect();
-            upper_median(&values, f64::total_cmp).unwrap_or(0.0)
-        };
+        let middle = |of: fn(&Pixel) -> f64| median(self.roots.iter().map(of));
         let base = Pixel::new(middle(|root| root.x), middle(|root| root.y));
         let height = (base.y as usize + 1).max(self.moving.y + 1) - self.moving.y;
         let back = self.turn.back();
@@ -222,9 +219,7 @@ fn root_below(
     let (x, y) = (lowest.x as usize, lowest.y as usize);
     let above = y.saturating_sub(reach(STEM_REACH))..y.saturating_sub(reach(STEM_REACH) / 2).max(1);
     let above: Vec<Row> = above.map(|y| row(x, y)).collect();
-    let usual = |of: fn(&Row) -> f64| {
-        upper_median(&above.iter().map(of).collect::<Vec<f64>>(), f64::total_cmp).unwrap_or(0.0)
-    };
+    let usual = |of: fn(&Row) -> f64| median(above.iter().map(of));
     let (prominence, width) = (usual(|row| row.prominence), usual(|row| row.width as f64));
     let (mut root, mut x, mut last) = (lowest, x, y);
     for y in y + 1..rows {
@@ -257,8 +252,7 @@ impl Row {
     /// The candidate nearest to column `x`: the stem is searched in `near`, its surroundings are `around`.
     fn at(x: usize, near: Range<usize>, around: Range<usize>, grey: impl Fn(usize) -> f64) -> Self {
         let column = near.max_by(|&one, &other| grey(one).total_cmp(&grey(other))).unwrap_or(x);
-        let beside: Vec<f64> = around.clone().map(&grey).collect();
-        let beside = upper_median(&beside, f64::total_cmp).unwrap_or(0.0);
+        let beside = median(around.clone().map(&grey));
         let prominence = grey(column) - beside;
         let stands_out = |column: &usize| grey(*column) > beside + 0.5 * prominence;
         let right = (column + 1..around.end).take_while(stands_out).count();
@@ -366,10 +360,9 @@ impl Grid {
     fn base(&self, thing: &Thing) -> Pixel {
         let lowest = thing.extent.y + thing.extent.height - 1;
         let low = thing.blocks.iter().filter(|&block| block / self.size.0 + 2 > lowest);
-        let columns: Vec<usize> = low.map(|block| block % self.size.0).collect();
-        let middle = upper_median(&columns, usize::cmp).unwrap_or(0);
-        let in_photograph = |value: usize| (value as f64 + 0.5) * self.scale as f64 - 0.5;
-        Pixel::new(in_photograph(middle), in_photograph(lowest))
+        let middle = median(low.map(|block| (block % self.size.0) as f64));
+        let in_photograph = |block: f64| (block + 0.5) * self.scale as f64 - 0.5;
+        Pixel::new(in_photograph(middle), in_photograph(lowest as f64))
     }
 
     /// Whether a pixel of a photograph is near what moved.

@@ -12,6 +12,41 @@
 //! sampled planes), [`camera`] (pixels to centimetres), [`mod@detect`] (one picture) and [`tracking`] (one plant over
 //! time).
 
+/// Gives an enum its words in files, in the order of its values: names, `Display` and `FromStr`.
+macro_rules! words {
+    ($type:ident, $kind:literal: $($value:ident = $word:literal),+ $(,)?) => {
+        impl $type {
+            /// Every value.
+            pub const ALL: [Self; [$($word),+].len()] = [$(Self::$value),+];
+
+            /// The word used in files.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$value => $word),+
+                }
+            }
+        }
+
+        impl std::fmt::Display for $type {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.pad(self.name())
+            }
+        }
+
+        impl std::str::FromStr for $type {
+            type Err = String;
+
+            fn from_str(word: &str) -> Result<Self, String> {
+                Self::ALL.into_iter().find(|value| value.name() == word).ok_or_else(|| {
+                    let words = Self::ALL.map(Self::name).join(", ");
+                    format!("found {} {word:?}, wanted one of {words}", $kind)
+                })
+            }
+        }
+    };
+}
+
 pub mod error;
 pub mod config;
 pub mod frame_status;

@@ -8,7 +8,7 @@
 use crate::geometry::{Pixel, Point, Polyline, Region, STEM_POINTS, path};
 use crate::math;
 use crate::observation::{Observation, Quality};
-use crate::photo::{Photo, PhotoError};
+use crate::photo::{LazyImage, Photo, PhotoError};
 use crate::vision::camera::calibration::Calibration;
 use crate::vision::camera::stereo::{CameraPose, Strip};
 use crate::vision::config::{Mode, VisionConfig};
@@ -19,7 +19,7 @@ use crate::vision::detect::pole::PoleView;
 use crate::vision::error::VisionError;
 use crate::vision::frame_status::FrameStatus;
 use crate::vision::raster::Masked;
-use crate::vision::raster::frame::{Frame, OpenPicture};
+use crate::vision::raster::frame::Frame;
 use crate::vision::raster::source::PixelSource;
 use crate::vision::tracking::background::{Background, Tone, is_black};
 use crate::vision::tracking::gating::{Interval, PlantMeasurement, TrackGate};
@@ -353,20 +353,11 @@ impl TipTracker {
     #[must_use]
     pub fn is_dark(&self, frame: &Frame) -> bool {
         // Most photographs are bright, which is known without detection.
-        let is_dark = |picture: &OpenPicture| {
-            self.lacks_light(picture) && self.detect(Ok(picture)) == Err(FrameStatus::Dark)
+        let lacks_light = |picture: &LazyImage| {
+            is_black(picture) || self.reference.as_ref().is_some_and(|one| one.is_darkened(Tone::of(picture)))
         };
-        frame.picture().is_ok_and(is_dark)
-    }
-
-    /// Whether a picture is black, or much darker than the reference.
-    fn lacks_light(&self, image: &dyn PixelSource) -> bool {
-        self.is_darkened(image) || is_black(image)
-    }
-
-    /// Whether a picture is much darker than the reference.
-    fn is_darkened(&self, image: &dyn PixelSource) -> bool {
-        self.reference.as_ref().is_some_and(|reference| reference.is_darkened(Tone::of(image)))
+        let picture = frame.picture();
+        picture.is_ok_and(lacks_light) && self.detect(picture) == Err(FrameStatus::Dark)
     }
 
     /// [`TipTracker::update`], one period after the photograph before.
@@ -409,7 +400,7 @@ impl TipTracker {
         let rule = (self.config.mode == Mode::Paper).then_some(&self.config.hold);
         let stem = accepted.as_ref().filter(|_| has_steady_stem);
         let stem = stem.and_then(|detection| self.stem_of(detection));
-        let (stem, _) = self.stem.update(stem, rule);
+        let stem = self.stem.update(stem, rule);
         let quality = if accepted.is_some() { Quality::Measured } else { Quality::Held };
         self.confidence = match &accepted {
             Some(Detection { contrast, has_second_foot, .. }) => {

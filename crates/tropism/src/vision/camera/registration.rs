@@ -105,7 +105,7 @@ impl Samples {
             width: length(first.0, last.0),
             height: length(first.1, last.1),
         };
-        let values = image.downscale_luma(region, step).into_owned();
+        let values = image.downscale_luma(region, step);
         Self { size, first, width: last.0 - first.0 + 1, values }
     }
 

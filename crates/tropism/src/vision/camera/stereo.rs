@@ -38,21 +38,13 @@ impl CameraPose {
 
     /// Projects a point of camera coordinates onto the plane, in cm.
     fn project(&self, [x, y, z]: SpacePoint) -> Point {
-        let magnification = self.distance_cm / (self.distance_cm - z);
-        Point::new(
-            self.principal_point.x + (x - self.principal_point.x) * magnification,
-            self.principal_point.y + (y - self.principal_point.y) * magnification,
-        )
+        self.principal_point.lerp(Point::new(x, y), self.distance_cm / (self.distance_cm - z))
     }
 
     /// The point of the plane `z` cm nearer to the camera that it sees at `point` of its own plane, in cm.
     #[must_use]
     pub fn at_depth(&self, point: Point, z: f64) -> Point {
-        let share = (self.distance_cm - z) / self.distance_cm;
-        Point::new(
-            self.principal_point.x + (point.x - self.principal_point.x) * share,
-            self.principal_point.y + (point.y - self.principal_point.y) * share,
-        )
+        self.principal_point.lerp(point, (self.distance_cm - z) / self.distance_cm)
     }
 
     /// Silhouette of an upright pole, in cm of the plane. `pole` is in camera coordinates. The edges are upright lines, because

@@ -5,9 +5,8 @@
 //! where the profile falls below half of its height.
 
 use crate::math;
-use crate::math::statistics::quantile_nearest;
 use crate::math::vector::along;
-use crate::vision::detect::curve::{PlanePoint, normal, smooth};
+use crate::vision::detect::curve::{PlanePoint, median, normal, smooth};
 use crate::vision::raster::plane::Plane;
 
 /// Width, in stem widths, above which a cross-section is a leaf's, where it is long enough. Chosen by hand.
@@ -91,7 +90,7 @@ pub(super) fn centre(plane: &Plane, mut line: Vec<PlanePoint>) -> (Vec<PlanePoin
 
 /// Width of the stem: the median over the lower half of a path, which is stem.
 pub(super) fn stem_width(widths: &[f64]) -> f64 {
-    quantile_nearest(&widths[..widths.len().div_ceil(2)], 0.5).clamp(1.0, 1e6)
+    median(widths[..widths.len().div_ceil(2)].iter().copied()).clamp(1.0, 1e6)
 }
 
 /// Fills gaps by linear interpolation; before the first and after the last value that value is repeated.

@@ -3,10 +3,16 @@
 use std::ops::Range;
 
 use crate::geometry::path::{self, resampled};
+use crate::math::statistics::quantile_nearest;
 use crate::math::vector::{Vec2, mean, normalize_or, sub};
 
 /// A point in a plane, or a vector: column and row of samples, with fractions.
 pub type PlanePoint = Vec2;
+
+/// The median of values, of an even count the greater of the middle two; 0 without values.
+pub(in crate::vision) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    quantile_nearest(&values.into_iter().collect::<Vec<_>>(), 0.5)
+}
 
 /// Unit vector from one point to another.
 pub(super) fn direction(from: PlanePoint, to: PlanePoint) -> PlanePoint {

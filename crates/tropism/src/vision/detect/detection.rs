@@ -20,21 +20,8 @@ pub enum Edge {
     Bottom,
 }
 
-impl Edge {
-    /// All edges, clockwise from the top.
-    pub(super) const CLOCKWISE: [Self; 4] = [Self::Top, Self::Right, Self::Bottom, Self::Left];
-
-    /// The word used in files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Top => "top",
-            Self::Left => "left",
-            Self::Right => "right",
-            Self::Bottom => "bottom",
-        }
-    }
-}
+// Clockwise from the top.
+words! { Edge, "edge": Top = "top", Right = "right", Bottom = "bottom", Left = "left" }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde wants a reference")]
 const fn is_false(flag: &bool) -> bool {

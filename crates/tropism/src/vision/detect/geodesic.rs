@@ -409,7 +409,7 @@ impl ShortestPaths {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Pixel;
+    use crate::vision::detect::testing::plane;
 
     /// A plane of dots (background), digits (tenths of plant) and `#` (plant).
     fn grid(rows: &[&str], reach: usize) -> GeodesicGrid {
@@ -419,9 +419,8 @@ mod tests {
             _ => 0.0,
         };
         let values: Vec<f32> = rows.iter().flat_map(|row| row.bytes().map(value)).collect();
-        let (width, height) = (rows[0].len(), rows.len());
-        let plane = Plane { width, height, values, origin: Pixel::default(), step: 1 };
-        let bounds = BoundingBox { left: 0, right: width - 1, top: 0, bottom: height - 1 };
+        let plane = plane(rows[0].len(), values);
+        let bounds = BoundingBox { left: 0, right: plane.width - 1, top: 0, bottom: rows.len() - 1 };
         GeodesicGrid::new(&plane, bounds, |at| plane.values[at] > 0.0, |_| false, reach)
     }
 

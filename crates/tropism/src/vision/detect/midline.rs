@@ -12,11 +12,11 @@
 //! If no other source is given, constants were chosen by hand on rendered plants, the marked stem ends of the sunflower
 //! time lapse and the bean's marked apices (the rows `clean`, `hook` and `real/` of `benches/src/bin/accuracy`).
 
-use crate::math;
+use crate::math::statistics::quantile_nearest;
 use crate::math::vector::{along, distance, dot, norm, sub};
 use crate::vision::detect::connected_components::BoundingBox;
 use crate::vision::detect::cross_section::{CrossSection, LEAF_WIDTH, centre, shortest_chord, stem_width};
-use crate::vision::detect::curve::{PlanePoint, direction, resample, smooth, window};
+use crate::vision::detect::curve::{PlanePoint, direction, median, resample, smooth, window};
 use crate::vision::detect::geodesic::{GeodesicGrid, ShortestPaths};
 use crate::vision::raster::plane::Plane;
 
@@ -185,11 +185,8 @@ fn thin_branch(
         let stem = stem_width(&widths);
         let last = line.len().saturating_sub((END_LENGTH * stem) as usize);
         let end_widths = &widths[last..widths.len().saturating_sub((0.5 * stem) as usize).max(last)];
-        let brightness = |line: &[PlanePoint]| {
-            let values: Vec<f64> = line.iter().map(|&at| plane.bilinear(at)).collect();
-            math::statistics::quantile_nearest(&values, 0.5)
-        };
-        let is_thin = math::statistics::quantile_nearest(end_widths, 0.7) <= THIN_END * stem;
+        let brightness = |line: &[PlanePoint]| median(line.iter().map(|&at| plane.bilinear(at)));
+        let is_thin = quantile_nearest(end_widths, 0.7) <= THIN_END * stem;
         let end_brightness =
             brightness(&line[last..]) / brightness(&line[..line.len().div_ceil(2)]).max(1e-6);
         if last == 0
@@ -282,11 +279,9 @@ fn leaf_start(widths: &[f64], stem: f64) -> Option<usize> {
 fn thick_start(plane: &Plane, line: &[PlanePoint], stem: f64) -> Option<usize> {
     let chords: Vec<f64> = line.iter().map(|&at| shortest_chord(plane, at)).collect();
     // The median of five: single chords end at specks.
-    let median = |i: usize| {
-        let radius = 2.min(i).min(chords.len() - 1 - i);
-        math::statistics::quantile_nearest(&chords[window(i, radius, chords.len())], 0.5)
-    };
-    let chords: Vec<f64> = (0..chords.len()).map(median).collect();
+    let radius = |i: usize| 2.min(i).min(chords.len() - 1 - i);
+    let near = |i: usize| chords[window(i, radius(i), chords.len())].iter().copied();
+    let chords: Vec<f64> = (0..chords.len()).map(|i| median(near(i))).collect();
     // A change point by least misclassification: the best split has the most thin points before it and thick ones after.
     let thick = THICK * stem_width(&chords);
     let end = line.len().saturating_sub(stem.ceil() as usize);
@@ -306,26 +301,7 @@ fn thick_start(plane: &Plane, line: &[PlanePoint], stem: f64) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Pixel;
-    use crate::geometry::path::share_nearest;
-    use crate::math::vector::between;
-
-    /// A plane whose value falls from 1 to 0 over one sample at `radius` from the nearest of `branches`.
-    fn plane(branches: &[(PlanePoint, PlanePoint, f64)]) -> Plane {
-        let (width, height) = (80, 90);
-        let distance_to_axis = |at: PlanePoint, from: PlanePoint, to: PlanePoint| {
-            distance(at, between(from, to, share_nearest(from, to, at)))
-        };
-        let values = (0..width * height)
-            .map(|i| {
-                let at = [(i % width) as f64, (i / width) as f64];
-                let near =
-                    branches.iter().map(|&(from, to, radius)| radius + 0.5 - distance_to_axis(at, from, to));
-                near.fold(0.0, f64::max).min(1.0) as f32
-            })
-            .collect();
-        Plane { width, height, values, origin: Pixel::default(), step: 1 }
-    }
+    use crate::vision::detect::testing::drawn;
 
     const ALL: BoundingBox = BoundingBox { left: 0, right: 79, top: 0, bottom: 89 };
 
@@ -340,7 +316,7 @@ mod tests {
     #[test]
     fn a_leaning_stem_is_followed_to_its_top() {
         let (base, top) = ([30.0, 89.0], [50.0, 12.0]);
-        let line = trace(&plane(&[(base, top, 2.3)]), base, [50.0, 10.0]);
+        let line = trace(&drawn(&[(base, top, 2.3)]), base, [50.0, 10.0]);
         for at in &line[4..line.len() - 4] {
             let x = 30.0 + (89.0 - at[1]) * 20.0 / 77.0;
             assert!((at[0] - x).abs() < 0.15, "{at:?}, wanted x = {x}");
@@ -354,7 +330,7 @@ mod tests {
         let fork = [40.0, 40.0];
         let leaves = [(fork, [62.0, 20.0], 2.0), (fork, [15.0, 30.0], 2.0)];
         let stem = [([40.0, 89.0], fork, 2.0)];
-        let line = trace(&plane(&[&stem[..], &leaves].concat()), [40.0, 89.0], [62.0, 18.0]);
+        let line = trace(&drawn(&[&stem[..], &leaves].concat()), [40.0, 89.0], [62.0, 18.0]);
         let last = line[line.len() - 1];
         assert!(distance(last, fork) < 3.0, "{last:?}");
     }
@@ -364,7 +340,7 @@ mod tests {
         let fork = [40.0, 40.0];
         let leaves = [(fork, [68.0, 38.0], 6.0), (fork, [12.0, 41.0], 6.0)];
         let stem = [([41.0, 89.0], fork, 2.0)];
-        let line = trace(&plane(&[&stem[..], &leaves].concat()), [41.0, 89.0], [68.0, 32.0]);
+        let line = trace(&drawn(&[&stem[..], &leaves].concat()), [41.0, 89.0], [68.0, 32.0]);
         let last = line[line.len() - 1];
         assert!(distance(last, fork) < 1.5, "{last:?}");
     }
@@ -372,7 +348,7 @@ mod tests {
     #[test]
     fn the_stem_ends_where_a_leaf_begins() {
         let line = trace(
-            &plane(&[([40.0, 89.0], [40.0, 45.0], 2.0), ([40.0, 34.0], [40.0, 18.0], 9.0)]),
+            &drawn(&[([40.0, 89.0], [40.0, 45.0], 2.0), ([40.0, 34.0], [40.0, 18.0], 9.0)]),
             [40.0, 89.0],
             [40.0, 8.0],
         );
@@ -384,7 +360,7 @@ mod tests {
         // A hook that opens: a thick bend leads on from the stem, and a leaf hangs two samples beside it.
         let (bend, hook) = ([30.0, 40.0], [46.0, 28.0]);
         let shoot = [([50.0, 89.0], bend, 2.0), (bend, hook, 3.6), ([45.0, 44.0], [53.0, 66.0], 3.5)];
-        let plane = plane(&shoot);
+        let plane = drawn(&shoot);
         let is_plant = |at: usize| plane.values[at] > 0.5;
         let traced =
             trace_stem(both(&plane), ALL, is_plant, |_| false, [50.0, 89.0], [46.0, 24.0], 3).unwrap();
@@ -397,7 +373,7 @@ mod tests {
 
     #[test]
     fn gaps_are_bridged_and_an_empty_component_has_no_midline() {
-        let broken = plane(&[([40.0, 89.0], [40.0, 52.0], 2.0), ([40.0, 45.0], [40.0, 10.0], 2.0)]);
+        let broken = drawn(&[([40.0, 89.0], [40.0, 52.0], 2.0), ([40.0, 45.0], [40.0, 10.0], 2.0)]);
         assert!(trace(&broken, [40.0, 89.0], [40.0, 8.0]).len() > 70);
         assert_eq!(trace_stem(both(&broken), ALL, |_| false, |_| false, [0.0, 0.0], [0.0, 0.0], 3), None);
         assert_eq!(trace_stem(both(&broken), ALL, |at| at == 7, |_| false, [0.0, 0.0], [0.0, 0.0], 3), None);

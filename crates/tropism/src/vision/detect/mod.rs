@@ -29,6 +29,8 @@ pub mod silhouette;
 mod view;
 mod robust;
 mod ridge;
+#[cfg(test)]
+mod testing;
 
 use crate::geometry::{Pixel, Region};
 use crate::math::statistics::upper_median;

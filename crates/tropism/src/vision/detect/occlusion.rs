@@ -1,12 +1,11 @@
-//! Tests for an occluded tip: glare, a shadow, or mist.
+//! Tests for an occluded tip: glare or a shadow.
 //!
-//! In: the luma and plant score of a picture, the tip, and the stem. Out: whether the tip may lie elsewhere.
+//! In: the luma of a picture, and the tip. Out: whether the tip may lie elsewhere.
 //!
-//! All constants were chosen by hand on rendered frames (the rows `glare`, `fly` and `condensation` of
+//! All constants were chosen by hand on rendered frames (the rows `glare` and `fly` of
 //! `benches/src/bin/accuracy`, seeds below 100 000).
 
 use crate::geometry::Pixel;
-use crate::math::statistics::upper_median;
 use crate::vision::raster::levels::Levels;
 use crate::vision::raster::plane::Plane;
 
@@ -72,34 +71,4 @@ pub(super) fn is_in_shadow(luma: &Plane, tip: Pixel) -> bool {
         .fold(f32::MAX, f32::min);
     let folds = *sparse.select_nth_unstable_by(rank, f32::total_cmp).1;
     darkest < SHADOW_SHARE * folds && folds - darkest > SHADOW_DEPTH
-}
-
-/// Greatest height of a stem above the tip, in samples.
-const MAX_STEM_EXCESS: usize = 4;
-
-/// Whether the stem continues above the tip: mist hides the tissue between.
-pub(super) fn stem_exceeds_tip(stem: Option<&[Pixel]>, tip: Pixel, step: usize) -> bool {
-    stem.is_some_and(|stem| stem.iter().any(|at| tip.y - at.y > (MAX_STEM_EXCESS * step) as f64))
-}
-
-/// Length of a stem's end whose brightness is compared with the rest, and of its very end, which is exempt, in samples.
-const FADE_LENGTH: usize = 8;
-const FADE_EXEMPT: usize = 2;
-
-/// Least median brightness of the end, as a share of the whole stem's.
-const FADE_SHARE: f64 = 0.75;
-
-/// Whether a stem that ends at the tip gets darker towards its end: a shadow lies on it.
-pub(super) fn fades_towards_tip(score: &Plane, stem: Option<&[Pixel]>, tip: Pixel) -> bool {
-    let Some(stem) = stem.filter(|stem| stem.len() > 2 * FADE_LENGTH) else { return false };
-    let last = stem[stem.len() - 1];
-    if last.distance(tip) > (FADE_LENGTH * score.step) as f64 {
-        return false;
-    }
-    let median = |stem: &[Pixel]| {
-        let values: Vec<f32> = stem.iter().filter_map(|&at| score.nearest(at)).collect();
-        upper_median(&values, f32::total_cmp)
-    };
-    let end = median(&stem[stem.len() - FADE_LENGTH..stem.len() - FADE_EXEMPT]);
-    median(stem).zip(end).is_some_and(|(all, end)| f64::from(end) < FADE_SHARE * f64::from(all))
 }

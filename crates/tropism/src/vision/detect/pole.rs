@@ -253,6 +253,7 @@ impl Strip {
 mod tests {
     use super::*;
     use crate::vision::detect::hysteresis::Evidence;
+    use crate::vision::detect::testing::plane;
 
     /// A pole from x = 2 to 3 cm, 30 cm high, at 10 pixels a cm; the stem base is at (100, 400).
     fn view() -> PoleView {
@@ -298,13 +299,7 @@ mod tests {
 
     #[test]
     fn pieces_on_both_sides_of_a_pole_are_one_plant() {
-        let plane = Plane {
-            width: 200,
-            height: 440,
-            values: vec![0.0; 200 * 440],
-            origin: Pixel::default(),
-            step: 1,
-        };
+        let plane = plane(200, vec![0.0; 200 * 440]);
         let view = view();
         let mask = PoleMask::new(&view, &plane);
         assert!(

@@ -17,7 +17,7 @@ use crate::vision::detect::connected_components::{BoundingBox, ConnectedComponen
 use crate::vision::detect::curve::PlanePoint;
 use crate::vision::detect::detection::{Detection, Edge};
 use crate::vision::detect::hysteresis::{Evidence, double_threshold};
-use crate::vision::detect::occlusion::{fades_towards_tip, has_glare_above, is_in_shadow, stem_exceeds_tip};
+use crate::vision::detect::occlusion::{has_glare_above, is_in_shadow};
 use crate::vision::detect::occupancy::OccupancyGrid;
 use crate::vision::detect::pole::{PoleMask, PoleView};
 use crate::vision::detect::second_foot::has_second_foot;
@@ -73,7 +73,7 @@ pub(super) fn detect(
     if let Some(poles) = &poles {
         luma = plane(&poles.without_poles(&small, small.median_colour()), LUMA);
     }
-    let levels = Levels::from_plane(&luma, config.bright_samples);
+    let levels = Levels::of(&luma.values, config.bright_samples);
     let base = StemBase::new(&luma, base);
     // Brightness finds a seed at the base; its colour then separates the whole plant.
     let segment = |levels: &Levels| {
@@ -111,14 +111,7 @@ pub(super) fn detect(
         }
         None => None,
     };
-    let line = stem.as_ref().map(|stem| &*stem.line);
-    let may_be_occluded = || {
-        is_outshone
-            || has_glare_above(&luma, &levels, tip)
-            || is_in_shadow(&luma, tip)
-            || fades_towards_tip(&score, line, tip)
-            || stem_exceeds_tip(line, tip, step)
-    };
+    let may_be_occluded = || is_outshone || has_glare_above(&luma, &levels, tip) || is_in_shadow(&luma, tip);
     let is_seen = |at: Pixel| score.bilinear(score.to_sample(at)) > config.threshold;
     let is_behind_pole = poles.is_some_and(|poles| {
         let path = stem.as_ref().map(|stem| [&*stem.line, &stem.beyond].concat());
@@ -259,7 +252,7 @@ impl StemBase {
             |at: f64, size: usize| (at - radius).max(0.0) as usize..((at + radius) as usize + 1).min(size);
         let (columns, rows) = (window(self.anchor[0], plane.width), window(self.anchor[1], plane.height));
         let values: Vec<f32> = rows.flat_map(|y| &plane.row(y)[columns.clone()]).copied().collect();
-        Some(Levels::from_values(&values, count))
+        Some(Levels::of(&values, count))
     }
 
     /// The label of the plant: the nearest component, or the largest where the base is not known.

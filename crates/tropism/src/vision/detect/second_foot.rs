@@ -7,9 +7,8 @@
 //! The constants were chosen by hand on photographs of the bean's first half into which a second bean was drawn
 //! (`docs/validation/vision-real.md`).
 
-use crate::math::statistics::quantile_nearest;
 use crate::vision::detect::connected_components::BoundingBox;
-use crate::vision::detect::curve::PlanePoint;
+use crate::vision::detect::curve::{PlanePoint, median};
 use crate::vision::detect::geodesic::{GeodesicGrid, ShortestPaths};
 use crate::vision::raster::plane::Plane;
 
@@ -99,33 +98,22 @@ fn comes_down(grid: &GeodesicGrid, foot: usize, up: &ShortestPaths, width: f64) 
 
 /// Median width along the middle of a stem, in samples.
 fn stem_width(grid: &GeodesicGrid, path: &[usize]) -> f64 {
-    let widths: Vec<f64> = path.iter().map(|&at| grid.width(at)).collect();
-    quantile_nearest(&widths, 0.5)
+    median(path.iter().map(|&at| grid.width(at)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Pixel;
-    use crate::geometry::path::share_nearest;
-    use crate::math::vector::{between, distance};
+    use crate::vision::detect::testing::{Branch, drawn};
 
-    /// Whether branches, each from one point to another with a half width, have a second foot besides that at (20, 79).
-    fn second_foot(branches: &[(PlanePoint, PlanePoint, f64)]) -> bool {
-        let is_in = |at: PlanePoint, &(from, to, half): &(PlanePoint, PlanePoint, f64)| {
-            distance(at, between(from, to, share_nearest(from, to, at))) <= half
-        };
-        let values = (0..80 * 80).map(|at| {
-            let at = [(at % 80) as f64, (at / 80) as f64];
-            if branches.iter().any(|branch| is_in(at, branch)) { 1.0 } else { 0.0 }
-        });
-        let plane =
-            Plane { width: 80, height: 80, values: values.collect(), origin: Pixel::default(), step: 1 };
+    /// Whether branches have a second foot besides that at (20, 79).
+    fn second_foot(branches: &[Branch]) -> bool {
+        let plane = drawn(branches);
         let all = BoundingBox { left: 0, right: 79, top: 10, bottom: 79 };
         has_second_foot(&plane, all, |at| plane.values[at] > 0.5, [20.0, 79.0], 3)
     }
 
-    const STEM: (PlanePoint, PlanePoint, f64) = ([20.0, 79.0], [24.0, 20.0], 2.0);
+    const STEM: Branch = ([20.0, 79.0], [24.0, 20.0], 2.0);
 
     #[test]
     fn a_stem_that_crosses_touches_or_stands_on_the_same_soil_is_anothers() {

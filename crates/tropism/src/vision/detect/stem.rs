@@ -4,7 +4,7 @@
 
 use crate::geometry::{Pixel, Region};
 use crate::photo::Image;
-use crate::vision::config::{Brightness, Remap, StemConfig};
+use crate::vision::config::{Brightness, StemConfig};
 
 impl StemConfig {
     /// Whether a pixel is plant by eq. (10); channels run from 0 to 1.
@@ -37,30 +37,15 @@ pub fn row_medians(image: &Image, crop: Region, config: &StemConfig) -> Vec<Pixe
         let start = 3 * (y * image.width + crop.x);
         image.rgb[start..start + 3 * crop.width].chunks_exact(3)
     };
-    let tables: [[f64; 256]; 3] = std::array::from_fn(|channel| {
-        let (mut least, mut greatest) = (0, 255);
-        if config.remap == Remap::Stretch {
-            (least, greatest) = (255, 0);
-            for pixel in (crop.y..crop.y + crop.height).flat_map(row) {
-                least = least.min(pixel[channel]);
-                greatest = greatest.max(pixel[channel]);
-            }
-        }
-        let range = f64::from(greatest.saturating_sub(least).max(1));
-        std::array::from_fn(|level| (level as f64 - f64::from(least)) / range)
-    });
     // A pixel without a channel of at least this value cannot be plant: almost all of a dark tent is skipped.
-    let threshold = config.excess.min(config.green).min(config.brightness);
-    let is_bright: [[bool; 256]; 3] = tables.map(|table| table.map(|value| value >= threshold));
+    let threshold = (255.0 * config.excess.min(config.green).min(config.brightness)) as u8;
     let mut stem = Vec::new();
     let mut columns = Vec::new();
     for y in (crop.y..crop.y + crop.height).rev() {
         columns.clear();
         columns.extend(row(y).enumerate().filter_map(|(x, pixel)| {
-            let may_be_plant = is_bright[0][usize::from(pixel[0])]
-                | is_bright[1][usize::from(pixel[1])]
-                | is_bright[2][usize::from(pixel[2])];
-            let [r, g, b] = std::array::from_fn(|channel| tables[channel][usize::from(pixel[channel])]);
+            let may_be_plant = pixel.iter().any(|&level| level >= threshold);
+            let [r, g, b] = [0, 1, 2].map(|channel| f64::from(pixel[channel]) / 255.0);
             (may_be_plant && config.is_plant(r, g, b)).then_some(x)
         }));
         if let (Some(low), Some(high)) =
@@ -111,15 +96,6 @@ mod tests {
         assert!(StemConfig { value: Brightness::Luma, ..StemConfig::default() }.is_plant(1.0, 0.74, 0.8));
     }
 
-    #[test]
-    fn stretching_finds_a_dim_stem_that_fixed_gates_miss() {
-        let mut dim = leaning();
-        dim.rgb.iter_mut().for_each(|level| *level /= 8);
-        assert!(row_medians(&dim, CROP, &StemConfig::default()).is_empty());
-        let stretch = StemConfig { remap: Remap::Stretch, ..StemConfig::default() };
-        assert_eq!(row_medians(&dim, CROP, &stretch), row_medians(&leaning(), CROP, &stretch));
-    }
-
     proptest! {
         #[test]
         fn skipping_dark_pixels_changes_nothing(
@@ -130,21 +106,11 @@ mod tests {
                 green: gates.1,
                 brightness: gates.2,
                 value: [Brightness::Max, Brightness::Lightness, Brightness::Luma][value],
-                remap: Remap::Fixed,
             };
             let image = Image { width: 1, height: 1, rgb: pixel.to_vec() };
             let found = !row_medians(&image, Region { x: 0, y: 0, width: 1, height: 1 }, &config).is_empty();
             let [r, g, b] = pixel.map(|level| f64::from(level) / 255.0);
             prop_assert_eq!(found, config.is_plant(r, g, b));
-        }
-    }
-
-    #[test]
-    fn a_flat_picture_has_no_stem() {
-        let black = Image { width: 1, height: 1, rgb: vec![0; 3] };
-        let crop = Region { x: 0, y: 0, width: 1, height: 1 };
-        for remap in [Remap::Fixed, Remap::Stretch] {
-            assert!(row_medians(&black, crop, &StemConfig { remap, ..StemConfig::default() }).is_empty());
         }
     }
 }

@@ -140,6 +140,7 @@ fn parabola_vertex(points: &[(f64, f64)]) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vision::detect::testing;
 
     fn plane(rows: &[&str]) -> Plane {
         let values = rows.iter().flat_map(|row| row.bytes().map(|b| f32::from(b - b'0') * 10.0)).collect();
@@ -160,8 +161,7 @@ mod tests {
             let (x, y) = ((at % 13) as f64, (at / 13) as f64);
             (100.0 * (y - top(x) + 0.5)).clamp(0.0, 100.0) as f32
         });
-        let plane =
-            Plane { width: 13, height: 12, values: values.collect(), origin: Pixel::default(), step: 1 };
+        let plane = testing::plane(13, values.collect());
         let all = BoundingBox { left: 0, right: 12, top: 0, bottom: 11 };
         let found = highest_edge(&plane, all, |_| true, 50.0).unwrap();
         assert!((found.x - 6.4).abs() < 0.2 && (found.y - 3.3).abs() < 0.1, "{found:?}");
@@ -172,7 +172,7 @@ mod tests {
         // A blurred stem that is fainter above than below ends where half of its local brightness is left.
         let brightness = [vec![0.0, 0.1, 0.32, 0.5], vec![0.6; 18], vec![0.8, 1.0]].concat();
         let values: Vec<f32> = brightness.iter().flat_map(|&value| [0.0, value, value, 0.0]).collect();
-        let plane = Plane { width: 4, height: brightness.len(), values, origin: Pixel::default(), step: 1 };
+        let plane = testing::plane(4, values);
         let all = BoundingBox { left: 0, right: 3, top: 0, bottom: brightness.len() - 1 };
         let tip = highest_edge(&plane, all, |_| true, 0.5).unwrap();
         assert!((tip.x - 1.5).abs() < 1e-6 && (tip.y - 1.9).abs() < 0.1, "{tip:?}");

@@ -80,66 +80,25 @@ impl Kernel for GaussianSampling<'_> {
     #[inline(always)]
     fn run(self) -> Plane {
         let GaussianSampling { image, crop, channels, sigma, step } = self;
-        assert!(
-            crop.fits(image.width, image.height) && step > 0,
-            "{crop:?} in {} x {}",
-            image.width,
-            image.height
-        );
+        let (columns, rows) = (image.width, image.height);
+        assert!(crop.fits(columns, rows) && step > 0, "{crop:?} in {columns} x {rows}");
         let weights = gaussian_kernel(sigma);
         let radius = weights.len() / 2;
-        // A sample lies in the middle of the square of pixels that it represents.
-        let (across, down) = ((step / 2).min(crop.width - 1), (step / 2).min(crop.height - 1));
-        let width = (crop.width - 1 - across) / step + 1;
-        let height = (crop.height - 1 - down) / step + 1;
-        let sampled_row = |j: usize| crop.y + down + j * step;
-
-        // A ring buffer of the weighted rows that the kernel covers, each padded by `radius` columns on both sides.
-        let (top, bottom) =
-            (sampled_row(0).saturating_sub(radius), (sampled_row(height - 1) + radius).min(image.height - 1));
-        let (left, right) = (crop.x.saturating_sub(radius), (crop.x + crop.width + radius).min(image.width));
-        let lead = left + radius - crop.x;
-        let padded = crop.width + 2 * radius;
+        // The weighted channels of the crop, with a margin as far as the picture reaches.
+        let (left, top) = (crop.x.saturating_sub(radius), crop.y.saturating_sub(radius));
+        let width = (crop.x + crop.width + radius).min(columns) - left;
+        let height = (crop.y + crop.height + radius).min(rows) - top;
         let tables: [[f32; 256]; 3] =
             channels.map(|weight| std::array::from_fn(|level| weight * f32::from(level as u8)));
-        let mut ring = vec![0.0; padded * weights.len()];
-        let mut next = top;
-
-        // The kernel is separable: down the columns first, where neighbours lie side by side in memory, then along
-        // the row.
-        let mut values = Vec::with_capacity(width * height);
-        let mut filtered = vec![0.0; padded];
-        let mut out = vec![0.0; width];
-        for j in 0..height {
-            let slot = |y: usize| y % weights.len() * padded;
-            next = next.max(sampled_row(j).saturating_sub(radius));
-            while next <= (sampled_row(j) + radius).min(bottom) {
-                let row = &mut ring[slot(next)..][..padded];
-                let start = 3 * next * image.width;
-                let end = lead + right - left;
-                weigh_channels(&image.rgb[start + 3 * left..start + 3 * right], &tables, &mut row[lead..end]);
-                let (first, last) = (row[lead], row[end - 1]);
-                row[..lead].fill(first);
-                row[end..].fill(last);
-                next += 1;
-            }
-            let row = |k: usize| {
-                let y = (sampled_row(j) + k).saturating_sub(radius).clamp(top, bottom);
-                &ring[slot(y)..][..padded]
-            };
-            weigh_rows(&mut filtered, row, &weights);
-            if step == 1 {
-                weigh_rows(&mut out, |k| &filtered[k..k + width], &weights);
-            } else {
-                for (i, sum) in out.iter_mut().enumerate() {
-                    let from = &filtered[across + i * step..][..weights.len()];
-                    *sum = from.iter().zip(&weights).map(|(value, weight)| value * weight).sum();
-                }
-            }
-            values.extend_from_slice(&out);
+        let mut values = vec![0.0; width * height];
+        for (y, row) in (top..).zip(values.chunks_exact_mut(width)) {
+            weigh_channels(&image.rgb[3 * (y * columns + left)..][..3 * width], &tables, row);
         }
-        let origin = Pixel::new((crop.x + across) as f64, sampled_row(0) as f64);
-        Plane { width, height, values, origin, step }
+        let plane = Plane { width, height, values, origin: Pixel::new(left as f64, top as f64), step: 1 };
+        // A sample lies in the middle of the square of pixels that it represents.
+        let (across, down) = ((step / 2).min(crop.width - 1), (step / 2).min(crop.height - 1));
+        let size = ((crop.width - 1 - across) / step + 1, (crop.height - 1 - down) / step + 1);
+        filter(&plane, &weights, (crop.x + across - left, crop.y + down - top), size, step)
     }
 }
 
@@ -157,21 +116,41 @@ fn weigh_channels(rgb: &[u8], tables: &[[f32; 256]; 3], out: &mut [f32]) {
 /// Filters a plane with a Gaussian of standard deviation `sigma` samples; beyond its edges the outermost samples are
 /// repeated.
 #[must_use]
-pub fn smooth_gaussian(plane: Plane, sigma: f64) -> Plane {
-    let weights = gaussian_kernel(sigma);
+pub fn smooth_gaussian(plane: &Plane, sigma: f64) -> Plane {
+    filter(plane, &gaussian_kernel(sigma), (0, 0), (plane.width, plane.height), 1)
+}
+
+/// Filters a plane with a separable kernel at `size` samples, `step` apart from the sample `first` on: down the columns,
+/// where neighbours lie side by side in memory, then along the row.
+#[inline(always)]
+fn filter(
+    plane: &Plane,
+    weights: &[f32],
+    first: (usize, usize),
+    (width, height): (usize, usize),
+    step: usize,
+) -> Plane {
     let radius = weights.len() / 2;
-    let (width, height) = (plane.width, plane.height);
     let mut values = vec![0.0; width * height];
-    let mut line = vec![0.0; width + 2 * radius];
-    for (y, out) in values.chunks_exact_mut(width).enumerate() {
-        let middle = &mut line[radius..radius + width];
-        weigh_rows(middle, |k| plane.row((y + k).saturating_sub(radius).min(height - 1)), &weights);
-        let (first, last) = (middle[0], middle[width - 1]);
-        line[..radius].fill(first);
-        line[radius + width..].fill(last);
-        weigh_rows(out, |k| &line[k..k + width], &weights);
+    let mut line = vec![0.0; plane.width + 2 * radius];
+    for (j, out) in values.chunks_exact_mut(width).enumerate() {
+        let y = first.1 + j * step;
+        let middle = &mut line[radius..radius + plane.width];
+        weigh_rows(middle, |k| plane.row((y + k).saturating_sub(radius).min(plane.height - 1)), weights);
+        let (leftmost, rightmost) = (middle[0], middle[plane.width - 1]);
+        line[..radius].fill(leftmost);
+        line[radius + plane.width..].fill(rightmost);
+        if step == 1 {
+            weigh_rows(out, |k| &line[first.0 + k..][..width], weights);
+            continue;
+        }
+        for (i, sum) in out.iter_mut().enumerate() {
+            let from = &line[first.0 + i * step..][..weights.len()];
+            *sum = from.iter().zip(weights).map(|(value, weight)| value * weight).sum();
+        }
     }
-    Plane { values, ..plane }
+    let origin = plane.to_pixel([first.0 as f64, first.1 as f64]);
+    Plane { width, height, values, origin, step: plane.step * step }
 }
 
 /// Writes the weighted sum of rows, added up in the order of the weights.

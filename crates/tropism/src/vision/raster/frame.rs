@@ -3,12 +3,9 @@
 //! In: the bytes of a photograph. Out: a picture whose regions can be read by several steps: brightness, detection, the lit
 //! lamp. The one idea: opening a file is most of the work of reading it, so the opened picture is kept.
 
-use std::borrow::Cow;
 use std::sync::OnceLock;
 
-use crate::geometry::Region;
 use crate::photo::{Image, LazyImage, Photo, PhotoError};
-use crate::vision::raster::source::PixelSource;
 
 /// A photograph that is opened when it is first read, and only once. A clone is opened anew.
 ///
@@ -24,14 +21,7 @@ use crate::vision::raster::source::PixelSource;
 #[derive(Debug)]
 pub struct Frame {
     photo: Photo,
-    picture: OnceLock<Result<OpenPicture, PhotoError>>,
-}
-
-/// The opened picture of a [`Frame`]. Its eighth-size luma is computed once: brightness and the lit lamp are read from it.
-#[derive(Debug)]
-pub struct OpenPicture {
-    picture: LazyImage,
-    eighth_luma: OnceLock<Vec<f32>>,
+    picture: OnceLock<Result<LazyImage, PhotoError>>,
 }
 
 impl Clone for Frame {
@@ -63,9 +53,8 @@ impl Frame {
     ///
     /// # Errors
     /// Those of [`Photo::open`].
-    pub fn picture(&self) -> Result<&OpenPicture, &PhotoError> {
-        let open = || Ok(OpenPicture { picture: self.photo.open()?, eighth_luma: OnceLock::new() });
-        self.picture.get_or_init(open).as_ref()
+    pub fn picture(&self) -> Result<&LazyImage, &PhotoError> {
+        self.picture.get_or_init(|| self.photo.open()).as_ref()
     }
 
     /// All pixels of its picture.
@@ -73,32 +62,7 @@ impl Frame {
     /// # Errors
     /// Those of [`Photo::open`].
     pub fn into_image(self) -> Result<Image, PhotoError> {
-        match self.picture.into_inner() {
-            Some(opened) => Ok(opened?.picture.into_image()),
-            None => self.photo.open().map(LazyImage::into_image),
-        }
-    }
-}
-
-impl PixelSource for OpenPicture {
-    fn size(&self) -> (usize, usize) {
-        self.picture.size()
-    }
-
-    fn crop(&self, region: Region) -> Cow<'_, Image> {
-        self.picture.crop(region)
-    }
-
-    fn downscale(&self, region: Region, factor: usize) -> Image {
-        self.picture.downscale(region, factor)
-    }
-
-    fn downscale_luma(&self, region: Region, factor: usize) -> Cow<'_, [f32]> {
-        if factor == 8 && region == Region::whole(self.size()) {
-            let luma = || self.picture.downscale_luma(region, factor).into_owned();
-            return Cow::Borrowed(self.eighth_luma.get_or_init(luma));
-        }
-        self.picture.downscale_luma(region, factor)
+        self.picture.into_inner().unwrap_or_else(|| self.photo.open()).map(LazyImage::into_image)
     }
 }
 
@@ -111,24 +75,12 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_reads_as_its_picture_does() {
+    fn a_frame_is_opened_once() {
         let rgb = (0..3 * 80 * 64).map(|i| (i * 7919 % 256) as u8).collect();
         let frame = frame(Image { width: 80, height: 64, rgb }.to_jpeg(90).unwrap());
-        let (picture, opened) = (frame.photo().open().unwrap(), frame.picture().unwrap());
-        let part = Region { x: 8, y: 16, width: 40, height: 32 };
-        for region in [Region::whole((80, 64)), part] {
-            assert_eq!(opened.crop(region), picture.crop(region));
-            for factor in [1, 2, 8] {
-                assert_eq!(opened.downscale(region, factor), picture.downscale(region, factor));
-                let luma = picture.downscale_luma(region, factor);
-                // The second time from what was kept.
-                assert_eq!(opened.downscale_luma(region, factor), luma);
-                assert_eq!(opened.downscale_luma(region, factor), luma);
-            }
-        }
-        assert!(std::ptr::eq(opened, frame.picture().unwrap()));
+        assert!(std::ptr::eq(frame.picture().unwrap(), frame.picture().unwrap()));
         assert_eq!(frame.clone().into_image().unwrap(), frame.photo().decode().unwrap());
-        assert_eq!(frame.into_image().unwrap(), picture.into_image());
+        assert_eq!(frame.clone().into_image().unwrap(), frame.into_image().unwrap());
     }
 
     #[test]

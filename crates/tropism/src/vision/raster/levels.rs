@@ -1,10 +1,8 @@
 //! Grey levels of background and plant, read from a histogram.
 //!
-//! In: a plane. Out: the level and noise of the background, the level of the brightest samples, and thresholds
+//! In: the samples of a plane. Out: the level and noise of the background, the level of the brightest samples, and thresholds
 //! between them. The one idea: a plant is bright before dark cloth, so its threshold is read from each picture and
 //! never fixed.
-
-use crate::vision::raster::plane::Plane;
 
 /// Levels of background and plant in one plane, in grey values of 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,15 +26,9 @@ const BINS_PER_GREY: f32 = 8.0;
 const BINS: usize = 256 * BINS_PER_GREY as usize;
 
 impl Levels {
-    /// Reads the levels of a plane; `count` samples reach `bright`.
-    #[must_use]
-    pub fn from_plane(plane: &Plane, count: usize) -> Self {
-        Self::from_values(&plane.values, count)
-    }
-
     /// Reads the levels of samples; `count` of them reach `bright`.
     #[must_use]
-    pub fn from_values(values: &[f32], count: usize) -> Self {
+    pub fn of(values: &[f32], count: usize) -> Self {
         let histogram = histogram(values);
         let quantile = |rank: usize| {
             let mut below = 0;
@@ -89,16 +81,14 @@ fn histogram(values: &[f32]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Pixel;
 
     #[test]
     fn levels_tell_plant_from_background() {
         let mut values: Vec<f32> = (0..10_000).map(|i| 20.0 + (i % 11) as f32).collect();
         values[5_000..5_040].fill(200.0);
-        let plane = Plane { width: 100, height: 100, values, origin: Pixel::default(), step: 1 };
-        let levels = Levels::from_plane(&plane, 20);
+        let levels = Levels::of(&values, 20);
         assert!((levels.background - 25.0).abs() < 0.2 && (levels.bright - 200.0).abs() < 0.2, "{levels:?}");
         assert!((levels.threshold(0.5) - 112.5).abs() < 0.2);
-        assert!(levels.contrast() > 30.0 && Levels::from_plane(&plane, 50).contrast() < 3.0);
+        assert!(levels.contrast() > 30.0 && Levels::of(&values, 50).contrast() < 3.0);
     }
 }

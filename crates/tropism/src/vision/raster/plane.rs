@@ -37,15 +37,6 @@ impl Plane {
         [x, y].map(|at| at / self.step as f64)
     }
 
-    /// The value of the sample nearest to a place in the photograph; `None` outside the plane.
-    #[must_use]
-    pub fn nearest(&self, pixel: Pixel) -> Option<f32> {
-        let [x, y] = self.to_sample(pixel);
-        let is_inside =
-            x > -0.5 && y > -0.5 && x.round() < self.width as f64 && y.round() < self.height as f64;
-        is_inside.then(|| self.values[y.round() as usize * self.width + x.round() as usize])
-    }
-
     /// The value at column `x` and row `y`, by bilinear interpolation; beyond the edge the outermost samples are
     /// repeated.
     #[inline]

@@ -35,7 +35,7 @@ pub trait PixelSource {
     ///
     /// # Panics
     /// If the region does not lie in the picture or `factor` is 0.
-    fn downscale_luma(&self, region: Region, factor: usize) -> Cow<'_, [f32]> {
+    fn downscale_luma(&self, region: Region, factor: usize) -> Vec<f32> {
         let pixels = self.crop(region);
         let (width, height) = (region.width / factor, region.height / factor);
         let mut sums = vec![0.0; width * height];
@@ -45,24 +45,22 @@ pub trait PixelSource {
                     pixels.rgb[3 * y * pixels.width..][..3 * width * factor].chunks_exact(3 * factor);
                 for (sum, square) in line.iter_mut().zip(squares) {
                     for pixel in square.chunks_exact(3) {
-                        *sum += LUMA
-                            .iter()
-                            .zip(pixel)
-                            .map(|(weight, &value)| weight * f32::from(value))
-                            .sum::<f32>();
+                        let weighted =
+                            LUMA.iter().zip(pixel).map(|(weight, &value)| weight * f32::from(value));
+                        *sum += weighted.sum::<f32>();
                     }
                 }
             }
         }
         let area = (factor * factor) as f32;
         sums.iter_mut().for_each(|sum| *sum /= area);
-        Cow::Owned(sums)
+        sums
     }
 }
 
 /// The luma of a whole picture downscaled by 8, row by row, which a JPEG gives without decoding its pixels: the DC
 /// coefficients of its blocks. A picture of less than 8 columns or rows is not downscaled.
-pub(in crate::vision) fn coarse_luma(picture: &dyn PixelSource) -> Cow<'_, [f32]> {
+pub(in crate::vision) fn coarse_luma(picture: &dyn PixelSource) -> Vec<f32> {
     let (width, height) = picture.size();
     let factor = if width.min(height) < 8 { 1 } else { 8 };
     picture.downscale_luma(Region::whole((width, height)), factor)
@@ -85,40 +83,22 @@ pub fn sample_luma(picture: &dyn PixelSource, crop: Region, sigma: f64, step: us
             let (width, height) = (crop.width / step, crop.height / step);
             let middle = (step - 1) as f64 / 2.0;
             let origin = Pixel::new(crop.x as f64 + middle, crop.y as f64 + middle);
-            let values = picture.downscale_luma(crop, step).into_owned();
+            let values = picture.downscale_luma(crop, step);
             let rest = (sigma * sigma - box_variance).sqrt() / step as f64;
-            filter::smooth_gaussian(Plane { width, height, values, origin, step }, rest)
+            filter::smooth_gaussian(&Plane { width, height, values, origin, step }, rest)
         }
-        _ => PaddedCrop::of(picture, crop, sigma).sample_luma(sigma, step),
-    }
-}
-
-/// A crop and the margin around it that a filter needs.
-pub(in crate::vision) struct PaddedCrop<'a> {
-    pub(in crate::vision) pixels: Cow<'a, Image>,
-    /// The crop, within `pixels`.
-    pub(in crate::vision) crop: Region,
-    /// Upper left corner of `pixels` in the picture.
-    pub(in crate::vision) origin: Pixel,
-}
-
-impl<'a> PaddedCrop<'a> {
-    /// A crop with the margin of a Gaussian of standard deviation `sigma` pixels, as far as the picture reaches.
-    pub(in crate::vision) fn of(picture: &'a dyn PixelSource, crop: Region, sigma: f64) -> Self {
-        let margin = (3.0 * sigma).ceil() as usize;
-        let (width, height) = picture.size();
-        let (x, y) = (crop.x.saturating_sub(margin), crop.y.saturating_sub(margin));
-        let end = |start: usize, length: usize, size: usize| (start + length + margin).min(size);
-        let (right, bottom) = (end(crop.x, crop.width, width), end(crop.y, crop.height, height));
-        let pixels = picture.crop(Region { x, y, width: right - x, height: bottom - y });
-        let crop = Region { x: crop.x - x, y: crop.y - y, ..crop };
-        Self { pixels, crop, origin: Pixel::new(x as f64, y as f64) }
-    }
-
-    /// [`filter::sample_gaussian`] of the crop's luma.
-    pub(in crate::vision) fn sample_luma(&self, sigma: f64, step: usize) -> Plane {
-        let plane = filter::sample_gaussian(&self.pixels, self.crop, LUMA, sigma, step);
-        Plane { origin: plane.origin + self.origin, ..plane }
+        _ => {
+            // The crop with the margin of the filter, as far as the picture reaches.
+            let margin = (3.0 * sigma).ceil() as usize;
+            let (width, height) = picture.size();
+            let (x, y) = (crop.x.saturating_sub(margin), crop.y.saturating_sub(margin));
+            let right = (crop.x + crop.width + margin).min(width);
+            let bottom = (crop.y + crop.height + margin).min(height);
+            let pixels = picture.crop(Region { x, y, width: right - x, height: bottom - y });
+            let crop = Region { x: crop.x - x, y: crop.y - y, ..crop };
+            let plane = filter::sample_gaussian(&pixels, crop, LUMA, sigma, step);
+            Plane { origin: plane.origin + Pixel::new(x as f64, y as f64), ..plane }
+        }
     }
 }
 
@@ -169,22 +149,18 @@ impl PixelSource for LazyImage {
             Self::Jpeg(jpeg) if jpeg::can_decode_scaled(region, factor) => {
                 jpeg::decode_scaled(jpeg, region, factor)
             }
-            Self::Jpeg(_) => {
-                filter::downscale(&self.crop(region), Region::whole((region.width, region.height)), factor)
-            }
-            Self::Decoded(image) => image.downscale(region, factor),
+            _ => filter::downscale(&self.crop(region), Region::whole((region.width, region.height)), factor),
         }
     }
 
-    fn downscale_luma(&self, region: Region, factor: usize) -> Cow<'_, [f32]> {
+    fn downscale_luma(&self, region: Region, factor: usize) -> Vec<f32> {
         match self {
             Self::Jpeg(jpeg) if jpeg::can_decode_scaled(region, factor) => {
-                Cow::Owned(jpeg::decode_scaled_luma(jpeg, region, factor))
+                jpeg::decode_scaled_luma(jpeg, region, factor)
             }
             Self::Jpeg(jpeg) => {
                 let pixels = jpeg::decode_region(jpeg, region);
-                let luma = pixels.downscale_luma(Region::whole((region.width, region.height)), factor);
-                Cow::Owned(luma.into_owned())
+                pixels.downscale_luma(pixels.region(), factor)
             }
             Self::Decoded(image) => image.downscale_luma(region, factor),
         }

@@ -110,6 +110,6 @@ impl Background {
 pub(in crate::vision) fn is_black(image: &dyn PixelSource) -> bool {
     let size = image.size();
     let plane = sample_luma(image, Region::whole(size), 0.0, (size.0 / COARSE_COLUMNS).max(1));
-    let levels = Levels::from_plane(&plane, plane.values.len() / 1_000);
+    let levels = Levels::of(&plane.values, plane.values.len() / 1_000);
     levels.contrast() < BLACK_CONTRAST && levels.bright < BLACK_LEVEL
 }

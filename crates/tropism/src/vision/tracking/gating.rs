@@ -19,7 +19,7 @@ use std::collections::VecDeque;
 use crate::geometry::Pixel;
 use crate::lamps::Light;
 use crate::math;
-use crate::math::statistics::quantile_nearest;
+use crate::vision::detect::curve::median;
 use crate::vision::detect::occupancy::OccupancyGrid;
 use crate::vision::frame_status::FrameStatus;
 use crate::vision::tracking::hold::MAX_HELD_FRAMES;
@@ -211,7 +211,7 @@ impl TrackGate {
     /// A centimetre of the plant, in pixels: by the median width of its stem, before that by the width in `measurement`, and
     /// without a stem by the camera's scale.
     fn centimetre(&self, measurement: Option<&PlantMeasurement>) -> f64 {
-        let known = (!self.widths.is_empty()).then(|| quantile_nearest(&self.widths, 0.5));
+        let known = (!self.widths.is_empty()).then(|| median(self.widths.iter().copied()));
         let width = known.or_else(|| measurement?.stem_width);
         width.map_or(self.px_per_cm, |width| width / STEM_WIDTH)
     }
@@ -222,7 +222,7 @@ impl TrackGate {
         let latest = self.appearances.iter().take(self.interval.count(STEM_LENGTHS));
         let lengths: Vec<f64> = latest.filter_map(|before| before.stem_length).collect();
         let Some(length) = measurement.stem_length.filter(|_| !lengths.is_empty()) else { return true };
-        let usual = quantile_nearest(&lengths, 0.5);
+        let usual = median(lengths);
         (length - usual).abs() <= MAX_LENGTH_CHANGE * self.interval.periods() * usual
     }
 
@@ -296,7 +296,7 @@ impl TrackGate {
                 let clearest = alike.map(|before| before.contrast).fold(0.0, f64::max);
                 let is_below = |share: f64| measurement.contrast < share * clearest;
                 // No clear photograph exists of a lamp that was first lit in mist, but mist widens the stem, too.
-                let is_wide = |width: f64| width > BLURRED * quantile_nearest(&self.widths, 0.5);
+                let is_wide = |width: f64| width > BLURRED * median(self.widths.iter().copied());
                 let is_blurred = !self.is_learning() && measurement.stem_width.is_some_and(is_wide);
                 let leaf_tips =
                     self.appearances.iter().filter(|before| is_leaf_tip(before.tip_to_stem, cm)).count();

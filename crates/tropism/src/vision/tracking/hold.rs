@@ -37,22 +37,17 @@ pub struct StemHold {
 }
 
 impl StemHold {
-    /// The stem of this step, and whether it is held: the detected stem, or the one before where none is detected or
-    /// eq. (11) calls it an error. Without a `rule` every detected stem is accepted.
-    pub fn update(
-        &mut self,
-        detected: Option<Polyline>,
-        rule: Option<&HoldConfig>,
-    ) -> (Option<Polyline>, bool) {
+    /// The stem of this step: the detected one, or the one before where none is detected or eq. (11) calls it an error.
+    /// Without a `rule` every detected stem is accepted.
+    pub fn update(&mut self, detected: Option<Polyline>, rule: Option<&HoldConfig>) -> Option<Polyline> {
         let is_released = rule.and_then(|rule| rule.release).is_some_and(|steps| self.held >= steps);
         let is_error =
             |now: &Polyline, before: &Polyline| rule.is_some_and(|rule| rule.is_error(now, before));
         let is_plausible = |now: &Polyline| self.last.as_ref().is_none_or(|before| !is_error(now, before));
         let accepted = detected.filter(|now| is_released || is_plausible(now));
-        let is_held = accepted.is_none();
-        self.held = if is_held { self.held.saturating_add(1) } else { 0 };
+        self.held = if accepted.is_none() { self.held.saturating_add(1) } else { 0 };
         self.last = accepted.or_else(|| self.last.take());
-        (self.last.clone(), is_held)
+        self.last.clone()
     }
 
     /// Whether the stem of the latest step is that of a step before, or none.
@@ -101,15 +96,17 @@ mod tests {
         let (mut paper, mut released) = (StemHold::default(), StemHold::default());
         let (never, twice) =
             (HoldConfig::default(), HoldConfig { release: Some(2), ..HoldConfig::default() });
-        assert_eq!(paper.update(None, Some(&never)), (None, true));
-        assert_eq!(paper.update(Some(good.clone()), Some(&never)), (Some(good.clone()), false));
-        released.update(Some(good.clone()), Some(&twice));
-        for _ in 0..2 {
-            assert_eq!(paper.update(Some(jump.clone()), Some(&never)), (Some(good.clone()), true));
-            assert_eq!(released.update(Some(jump.clone()), Some(&twice)), (Some(good.clone()), true));
+        assert_eq!((paper.update(None, Some(&never)), paper.is_held()), (None, true));
+        for hold in [&mut paper, &mut released] {
+            assert_eq!(hold.update(Some(good.clone()), Some(&never)), Some(good.clone()));
         }
-        assert_eq!(paper.update(Some(jump.clone()), Some(&never)).0, Some(good));
-        assert_eq!(released.update(Some(jump.clone()), Some(&twice)), (Some(jump.clone()), false));
-        assert_eq!(paper.update(Some(jump.clone()), None), (Some(jump), false));
+        for _ in 0..2 {
+            assert_eq!(paper.update(Some(jump.clone()), Some(&never)), Some(good.clone()));
+            assert_eq!(released.update(Some(jump.clone()), Some(&twice)), Some(good.clone()));
+        }
+        assert_eq!(paper.update(Some(jump.clone()), Some(&never)), Some(good));
+        assert_eq!(released.update(Some(jump.clone()), Some(&twice)), Some(jump.clone()));
+        assert!(paper.is_held() && !released.is_held());
+        assert_eq!(paper.update(Some(jump.clone()), None), Some(jump));
     }
 }

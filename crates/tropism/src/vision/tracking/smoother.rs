@@ -5,7 +5,7 @@
 //! left out, and rejected measurements near the smoothed path are used.
 
 use crate::geometry::Point;
-use crate::math::statistics::quantile_nearest;
+use crate::vision::detect::curve::median;
 use crate::vision::tracking::kalman::{KalmanState, MAX_STEADY_MOTION};
 
 /// Least number of measurements between two jumps that are not an outlier. Chosen by hand.
@@ -73,7 +73,8 @@ pub fn smooth(measurements: &[TipMeasurement]) -> Vec<Option<SmoothedTip>> {
 /// The accepted tips in runs of at least [`MIN_RUN`]. A jump begins a new run; a tip that returns to the run before
 /// continues that one.
 fn consistent_runs(measurements: &[TipMeasurement]) -> Vec<Option<RunTip>> {
-    let max_interval = usual_interval(measurements).max(MAX_INTERVAL);
+    let usual_interval = median(measurements.windows(2).map(|pair| pair[1].time - pair[0].time));
+    let max_interval = usual_interval.max(MAX_INTERVAL);
     let mut runs: Vec<Vec<usize>> = Vec::new();
     let accepted = (0..measurements.len()).filter(|&i| measurements[i].is_accepted);
     for (i, tip) in accepted.filter_map(|i| Some((i, measurements[i].tip?))) {
@@ -98,12 +99,6 @@ fn consistent_runs(measurements: &[TipMeasurement]) -> Vec<Option<RunTip>> {
         run.iter().for_each(|&i| tips[i] = measurements[i].tip.map(|tip| (tip, number)));
     }
     tips
-}
-
-/// The median interval, in periods; 0 of less than two measurements.
-fn usual_interval(measurements: &[TipMeasurement]) -> f64 {
-    let intervals: Vec<f64> = measurements.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
-    quantile_nearest(&intervals, 0.5)
 }
 
 /// Smooths each run by itself.

@@ -169,7 +169,7 @@ impl Surroundings {
     fn of(small: &Image, base: PlanePoint, config: &VisionConfig) -> Self {
         let whole = small.region();
         let luma = sample_gaussian(small, whole, LUMA, config.sigma, 1);
-        let levels = Levels::from_plane(&luma, config.bright_samples);
+        let levels = Levels::of(&luma.values, config.bright_samples);
         let level = levels.threshold(POT_LEVEL);
         let half_width = MAX_WIDTH_SHARE * small.width.min(small.height) as f64;
         let depth = POT_DEPTH * small.height as f64;
