@@ -7,7 +7,7 @@
 //!
 //! [`Method::CmaEs`] searches the weights of one network instead; all its networks of some generations steer the same plants.
 //! [`Start::Greedy`] begins at a network that decides as the greedy rule does, [`Start::Network`] at a given one. [`RuleSearch`] tunes the nine numbers of a
-//! [rule](crate::control::PredictiveRule) by [`CmaEs`], too.
+//! [rule](crate::control::PredictiveRule) by [`CmaEs`](crate::CmaEs), too.
 //!
 //! # References
 //! Wahby et al. 2016, sections 2.3.2 and 3.1, Table 1. Stanley and Miikkulainen 2002, doi:10.1162/106365602320169811.
