@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use tropism::geometry::Region;
+use tropism::math::statistics::median;
 use tropism::parallel;
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism_bean::{scene, view};
 use tropism_report::{
@@ -230,19 +232,12 @@ pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
         fitness => format!("{fitness:.2} {}", unit(run)),
     };
     let row = |run: &FinishedRun| {
-        let crossings = run.config.task.crossings(&run.track);
-        let distances: Vec<String> = crossings
-            .iter()
-            .map(|crossing| {
-                crossing.map_or("-".to_owned(), |crossing| format!("{:.1}", crossing.distance_cm))
-            })
-            .collect();
         vec![
             short_name(&run.path),
             run.config.controller_description(),
             fitness(run),
             (run.track.samples.len() - 1).to_string(),
-            distances.join(", "),
+            distances(&run.config.task, &[&run.track]),
         ]
     };
     let in_unit =
@@ -255,6 +250,17 @@ pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
         head: head.map(str::to_owned).to_vec(),
         rows: runs.iter().map(row).collect(),
     }
+}
+
+/// The median distance of the tips from each target at its height, in cm: `0.4, 1.2, -`.
+pub(crate) fn distances(task: &Task, tracks: &[&Track]) -> String {
+    let crossings: Vec<_> = tracks.iter().map(|track| task.crossings(track)).collect();
+    let of_target = |target: usize| {
+        let reached: Vec<f64> = crossings.iter().filter_map(|all| Some(all[target]?.distance_cm)).collect();
+        if reached.is_empty() { "-".to_owned() } else { format!("{:.1}", median(&reached)) }
+    };
+    let texts: Vec<String> = (0..task.targets.len()).map(of_target).collect();
+    texts.join(", ")
 }
 
 /// The last two parts of a path: `champion/1`.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use tropism::evolve::Champion;
-use tropism::math::statistics::{mean, median};
+use tropism::math::statistics::mean;
 use tropism::task::{MISS_CM, Reading, Task};
 use tropism::track::Track;
 use tropism_report::{self as report, Figure, Goals, Page, Plants, Table};
@@ -11,7 +11,7 @@ use tropism_report::{self as report, Figure, Goals, Page, Plants, Table};
 use super::STAGES;
 use super::config::CONTROLLERS;
 use super::results::{StudyFolder, StudyResults};
-use crate::figures::{Figures, fitness_table};
+use crate::figures::{Figures, distances, fitness_table};
 use crate::finished_run::FinishedRun;
 use crate::transfer::ControllerResults;
 use crate::{Error, champion, files};
@@ -126,10 +126,7 @@ impl StudyFolder {
                 .map(|target| target.median_cm.map_or_else(|| "-".to_owned(), |cm| format!("{cm:.1}")))
                 .collect();
             let [low, high] = one.interval;
-            let visited = one.done.map_or_else(String::new, |done| {
-                let [low, high] = done.interval.map(|share| 100.0 * share);
-                format!("{:.0} % ({low:.0} to {high:.0})", 100.0 * done.share)
-            });
+            let visited = one.done.map_or_else(String::new, |done| done.in_words());
             let mean = format!("{:.2} ({low:.2} to {high:.2})", one.mean);
             vec![one.name.clone(), mean, distances.join(", "), visited]
         };
@@ -192,15 +189,4 @@ impl StudyFolder {
         let distance = |run: &FinishedRun| (self.config.task.fitness(&run.track) - mean).abs();
         self.reality["champion"].iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
-}
-
-/// The median distance of the tips from each target at its height, in cm: `0.4, 1.2, -`.
-fn distances(task: &Task, tracks: &[&Track]) -> String {
-    let crossings: Vec<_> = tracks.iter().map(|track| task.crossings(track)).collect();
-    let of_target = |target: usize| {
-        let reached: Vec<f64> = crossings.iter().filter_map(|all| Some(all[target]?.distance_cm)).collect();
-        if reached.is_empty() { "-".to_owned() } else { format!("{:.1}", median(&reached)) }
-    };
-    let texts: Vec<String> = (0..task.targets.len()).map(of_target).collect();
-    texts.join(", ")
 }

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use tropism::environment::unwatched;
 use tropism::parallel;
 use tropism::random::{self, Purpose};
-use tropism::task::Task;
+use tropism::task::{Reading, Task};
 use tropism::track::{PAPER_PERIOD_MIN, Track};
 use tropism_bean::tent::Greenhouse;
 
@@ -207,10 +207,11 @@ impl TransferPlan {
         ["transfer.toml", "plants.csv", "transfer.json", "report.html"].map(|name| self.out.join(name)).into()
     }
 
-    /// Whether the task is such as the paper's: the shares of plants with a fitness under 9 and 6 cm mean nothing for others.
+    /// Whether the task is such as the paper's and scored by eq. (9): the shares of plants with a fitness under 9 and 6 cm mean
+    /// nothing for others.
     #[must_use]
     pub fn has_low_shares(&self) -> bool {
-        self.task.to_draw().is_some()
+        self.task.to_draw().is_some() && self.task.score != Reading::Arrival
     }
 
     /// The seeds of the plants, in order. They fit into TOML, so that `run` with such a seed grows the same plant.

@@ -121,10 +121,7 @@ impl TransferPlan {
                 [*under_9, *under_6].map(|share| percent(Some(share))).into_iter().filter(|_| has_low_shares),
             );
             row.extend([cm(controller.expected), percent(controller.share_of_expected)]);
-            row.extend(controller.done.map(|done| {
-                let [low, high] = done.interval.map(|share| 100.0 * share);
-                format!("{:.0} % ({low:.0} to {high:.0})", 100.0 * done.share)
-            }));
+            row.extend(controller.done.map(|done| done.in_words()));
             row.extend(controller.by_photographs.as_ref().map(|seen| {
                 let share = percent(seen.done.map(|done| done.share));
                 format!("{:.2}, whole task {share}", seen.mean)
@@ -145,8 +142,11 @@ impl TransferPlan {
                 Some(_) => {
                     " Whole task: plants with all turns that the task wants, with the interval by Wilson."
                 }
-                None => {
+                None if self.task.is_about_stem() => {
                     " Whole task: plants that reached all targets and touched nothing, with the interval by Wilson."
+                }
+                None => {
+                    " Whole task: plants whose tip came within 1 cm of each target at its height, with the interval by Wilson."
                 }
             };
         }

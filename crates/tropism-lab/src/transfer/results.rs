@@ -141,6 +141,12 @@ impl Share {
         let (count, of) = (all.iter().filter(|is_true| **is_true).count() as f64, all.len() as f64);
         Self { share: count / of, interval: wilson_interval(count, of) }
     }
+
+    /// `39 % (29 to 49)`.
+    pub(crate) fn in_words(&self) -> String {
+        let [low, high] = self.interval.map(|share| 100.0 * share);
+        format!("{:.0} % ({low:.0} to {high:.0})", 100.0 * self.share)
+    }
 }
 
 /// How near the tips of all plants came to a target at its height.

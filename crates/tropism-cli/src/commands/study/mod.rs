@@ -147,7 +147,7 @@ fn text(results: &StudyResults) -> String {
     }
     let StudyResults { reality_random, reality_periodic, reality_chase, .. } = results;
     text += &format!(
-        "on the same unseen beans: random {:.2}, periodic {:.2}, chase {:.2}\n",
+        "on the same unseen beans: random {:.2}, periodic {:.2}, greedy {:.2}\n",
         reality_random.mean, reality_periodic.mean, reality_chase.mean
     );
     text + &format!("\nreport: {}", results.report.display())
