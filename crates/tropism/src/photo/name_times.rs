@@ -36,9 +36,19 @@ pub struct NameTimes {
 pub fn times_in_names(paths: &[String]) -> NameTimes {
     let names: Vec<Name<'_>> = paths.iter().map(|path| Name::new(path)).collect();
     let readings = readings_of(&names);
-    let most_even = readings.iter().map(|reading| reading.even).fold(0.0, f64::max);
-    let is_eligible =
-        |reading: &&Reading| reading.form.rank() == 0 || reading.even >= most_even - EVEN_MARGIN;
+    // Times of day alone never lie far apart.
+    let closest = readings.iter().filter(|reading| reading.form.rank() < 5 && reading.even >= LEAST_EVEN);
+    let closest = closest.map(|reading| reading.spread).min();
+    let is_torn = |reading: &Reading| {
+        reading.form.rank() > 0 && closest.is_some_and(|closest| reading.spread >= 4 * (closest + 1))
+    };
+    let is_eligible = |reading: &&Reading| {
+        let beats = |other: &Reading| {
+            let lead = if other.form.rank() <= reading.form.rank() { EVEN_MARGIN } else { PART_MARGIN };
+            !is_torn(other) && other.even > reading.even + lead
+        };
+        reading.form.rank() == 0 || !is_torn(reading) && !readings.iter().any(beats)
+    };
     let chosen = readings
         .iter()
         .filter(is_eligible)
@@ -47,7 +57,10 @@ pub fn times_in_names(paths: &[String]) -> NameTimes {
     let rank = chosen.form.rank();
     let counter = rise_of_counter(&names);
     // So few digits are a counter, if they rise as evenly as the clock would.
+    let is_whole_clock = matches!(chosen.form, Form::Calendar { clock: Clock::Seconds, .. })
+        && chosen.used.is_some_and(|(first, last)| last == first + 2);
     let is_counter = rank >= if counter.is_some_and(|(rise, _)| rise == 1) { 3 } else { 5 }
+        && !is_whole_clock
         && counter.is_some_and(|(_, even)| even >= chosen.even);
     if is_counter {
         let may_be_days = rank == 3 && chosen.times.iter().all(Option::is_some);
@@ -68,11 +81,10 @@ pub fn times_in_names(paths: &[String]) -> NameTimes {
     }
     let mut found = NameTimes { times: chosen.times.clone(), is_plain: rank == 0, ..NameTimes::default() };
     let rival = readings.iter().filter(is_eligible).find(|other| {
-        other.form.rank() <= rank + 1
-            && rank > 0
-            && other.spread <= chosen.spread
-            // Minutes and seconds alone look like hours and minutes.
-            && other.used.zip(chosen.used).is_none_or(|(other, chosen)| other.0 <= chosen.0)
+        rank > 0
+            && other.form.rank() <= rank + 1
+            // Minutes and seconds look like hours and minutes: only dates compete.
+            && other.form.date() != chosen.form.date()
             && !are_the_same(&other.times, &chosen.times)
     });
     if let Some(rival) = rival {
@@ -86,11 +98,18 @@ pub fn times_in_names(paths: &[String]) -> NameTimes {
     found
 }
 
-/// Share of the intervals by which a reading may be less even than the best. Chosen: one interval in a hundred.
+/// Share of the intervals by which a reading may be less even than one that is as usual. Chosen: one interval in a hundred.
 const EVEN_MARGIN: f64 = 0.01;
+
+/// The same, of one that is less usual, or a part of its digits. Chosen: a coarser clock hides photographs that are missing, some
+/// tenth of them, and digits that are taken for another field jump in a twelfth of the intervals.
+const PART_MARGIN: f64 = 0.25;
 
 /// Least share of even intervals of a reading that is not a full date. Chosen: with fewer the median interval means little.
 const LEAST_EVEN: f64 = 0.5;
+
+/// Least share of even intervals of times of day without a date, below which days may be mixed. Chosen: one in twenty.
+const LEAST_EVEN_OF_DAY: f64 = 0.95;
 
 /// A path, without the ending of its file: its numbers, and the words before and behind each.
 struct Name<'a> {
@@ -137,6 +156,8 @@ enum Date {
     DayMonthShortYear,
     MonthDayShortYear,
     YearDay,
+    /// With the month in letters, and the year behind the time or nowhere.
+    NameDay,
     MonthDay,
     DayMonth,
     None,
@@ -160,7 +181,7 @@ enum Form {
     Unix { digits: usize },
 }
 
-const DATES: [Date; 13] = [
+const DATES: [Date; 14] = [
     Date::YearMonthDay,
     Date::YearNameDay,
     Date::DayNameYear,
@@ -171,6 +192,7 @@ const DATES: [Date; 13] = [
     Date::DayMonthShortYear,
     Date::MonthDayShortYear,
     Date::YearDay,
+    Date::NameDay,
     Date::MonthDay,
     Date::DayMonth,
     Date::None,
@@ -207,18 +229,28 @@ impl Form {
         let Self::Calendar { date, clock, skip, is_time_first } = self else { return 1 };
         let of_date = match date {
             Date::YearMonthDay | Date::YearNameDay | Date::DayNameYear | Date::NameDayYear => 0,
-            Date::DayMonthYear | Date::MonthDayYear => 1,
-            Date::ShortYearMonthDay => 2,
-            Date::DayMonthShortYear | Date::MonthDayShortYear | Date::YearDay | Date::MonthDay => 3,
+            Date::DayMonthYear | Date::MonthDayYear | Date::NameDay => 1,
+            Date::ShortYearMonthDay | Date::YearDay => 2,
+            Date::DayMonthShortYear | Date::MonthDayShortYear | Date::MonthDay => 3,
             Date::DayMonth => 4,
             Date::None => 5,
         };
         let of_clock = match clock {
             Clock::Seconds | Clock::Minutes => 0,
+            Clock::Hours if of_date >= 2 => 4,
             Clock::Hours => 2,
+            // A day of no year is as weak as a time of no day.
+            Clock::None if of_date >= 3 => 3,
             Clock::None => 1,
         };
-        of_date + of_clock + u32::from(is_time_first) + u32::from(skip > 1 && of_date > 0)
+        of_date + of_clock + u32::from(is_time_first) + u32::from(skip > 0) + u32::from(skip > 1)
+    }
+
+    const fn date(self) -> Option<Date> {
+        match self {
+            Self::Unix { .. } => None,
+            Self::Calendar { date, .. } => Some(date),
+        }
     }
 
     fn words(self) -> String {
@@ -231,7 +263,7 @@ impl Form {
             Date::DayMonthShortYear => "day-month-year with two digits each",
             Date::MonthDayShortYear => "month-day-year with two digits each",
             Date::YearDay => "year and day of the year",
-            Date::MonthDay => "month-day",
+            Date::NameDay | Date::MonthDay => "month-day",
             Date::DayMonth => "day-month",
             Date::None => "the time of day alone",
         };
@@ -267,7 +299,7 @@ impl Form {
             }
             Self::Calendar { date, clock, is_time_first: true, .. } => {
                 let of_day = cursor.clock(clock)?;
-                cursor.rest_is_fraction(clock)?;
+                cursor.rest_is_fraction(date, clock)?;
                 let days = cursor.date(date)?;
                 cursor.is_at_end().then_some(())?;
                 Some(Moment { seconds: days + of_day, offset_s: None, last: cursor.group })
@@ -292,7 +324,7 @@ impl Form {
                 if date == Date::None && (first + 1..=cursor.group).any(is_torn) {
                     return None;
                 }
-                cursor.rest_is_fraction(clock)?;
+                cursor.rest_is_fraction(date, clock)?;
                 let offset_s = if clock == Clock::Hours { None } else { cursor.offset_s() };
                 Some(Moment { seconds: days + of_day, offset_s, last: cursor.group })
             }
@@ -392,6 +424,7 @@ impl Cursor<'_> {
                 let start = unix_seconds(year, [1, 1, 0, 0, 0])?;
                 return (1..=366).contains(&day).then(|| start + f64::from(day - 1) * DAY_S);
             }
+            Date::NameDay => (ANY_YEAR, self.month()?, self.take(2)?),
             Date::MonthDay => (ANY_YEAR, self.take(2)?, self.take(2)?),
             Date::DayMonth => {
                 let (day, month) = (self.take(2)?, self.take(2)?);
@@ -405,7 +438,12 @@ impl Cursor<'_> {
     /// Seconds since midnight, by a clock of 24 hours, or of 12 with AM or PM behind.
     fn clock(&mut self, clock: Clock) -> Option<f64> {
         let hour = self.take(2)?;
+        let place = self.group;
         let minute = if clock == Clock::Hours { 0 } else { self.take(2)? };
+        // What follows hours and minutes that are written together counts photographs.
+        if clock == Clock::Seconds && self.group == place && self.is_at_end() {
+            return None;
+        }
         let second = if clock == Clock::Seconds { self.take(2)? } else { 0 };
         let word = self.name.word_after(self.group).trim_start_matches(['_', '-', ' ', '.']).to_lowercase();
         let is_half = self.is_at_end() && (1..=12).contains(&hour);
@@ -422,10 +460,12 @@ impl Cursor<'_> {
         (hour < 24 && minute < 60 && second <= 60).then(|| f64::from(hour * 3_600 + minute * 60 + second))
     }
 
-    /// Whether what is left of the number is a fraction of a second: three, six or nine digits, or nothing.
-    fn rest_is_fraction(&mut self, clock: Clock) -> Option<()> {
+    /// Whether what is left of the number is a fraction of a second: three, six or nine digits, behind a year also two, or
+    /// nothing.
+    fn rest_is_fraction(&mut self, date: Date, clock: Clock) -> Option<()> {
         let left = self.name.groups.get(self.group)?.1.len() - self.offset;
-        let is_fraction = clock == Clock::Seconds && matches!(left, 3 | 6 | 9);
+        let has_year = matches!(date, Date::YearMonthDay | Date::ShortYearMonthDay);
+        let is_fraction = clock == Clock::Seconds && (matches!(left, 3 | 6 | 9) || left == 2 && has_year);
         self.offset += left;
         (left == 0 || is_fraction).then_some(())
     }
@@ -470,7 +510,7 @@ struct Reading {
     used: Option<(usize, usize)>,
     /// Share of the intervals that are the median one.
     even: f64,
-    /// Median intervals from the first photograph to the last, a photograph: many where a reading tears neighbours apart.
+    /// Median intervals from the first photograph to the last, by photographs: many where a reading tears neighbours apart.
     spread: u64,
 }
 
@@ -503,9 +543,11 @@ fn readings_of(names: &[Name<'_>]) -> Vec<Reading> {
             }
             let moments: Vec<Option<Moment>> = names.iter().map(|name| read(name, first)).collect();
             if let (Form::Calendar { skip: 1.., .. }, Some(first)) = (form, first) {
-                // What is skipped must say nothing: some number between date and time that never changes.
+                // What is skipped must say nothing: some number between date and time that never changes, or counts.
                 let last = moments.iter().flatten().map(|moment| moment.last).max().unwrap_or(first);
-                if !constant[first.min(most)..last.min(most)].iter().any(|is_constant| *is_constant) {
+                let counts =
+                    |at: usize| usual_rise(names, at).is_some_and(|(rise, even)| rise == 1 && even > 0.8);
+                if !(first.min(most)..last.min(most)).any(|at| constant[at] || counts(at)) {
                     continue;
                 }
             }
@@ -525,8 +567,47 @@ fn readings_of(names: &[Name<'_>]) -> Vec<Reading> {
             }
         }
     }
+    drop_weaker(&mut readings, names);
     readings
 }
+
+/// Drops readings that another one makes unlikely.
+fn drop_weaker(readings: &mut Vec<Reading>, names: &[Name<'_>]) {
+    // One that leaves out names which another reads has met them by chance.
+    let count = |reading: &Reading| reading.times.iter().flatten().count();
+    let most = readings.iter().map(count).max().unwrap_or(0);
+    readings.retain(|reading| reading.form.rank() == 0 || count(reading) == most);
+    // A counter between date and time, as in `2024-10-12/DSC_0042_090000.jpg`, is no time.
+    let is_counter = |reading: &Reading, others: &[Reading]| {
+        let Form::Calendar { date, skip: 0, .. } = reading.form else { return false };
+        let Some((first, last)) = reading.used.filter(|(first, last)| first < last) else { return false };
+        let goes_on = |other: &Reading| {
+            matches!(other.form, Form::Calendar { date: also, skip: 1.., .. } if also == date)
+                && other.used.is_some_and(|used| used.0 == first && used.1 > last)
+        };
+        usual_rise(names, last).is_some_and(|(rise, even)| rise == 1 && even >= reading.even)
+            && others.iter().any(goes_on)
+    };
+    // A part of the digits that another one reads, which is about as even and no less usual.
+    let is_part = |reading: &Reading, others: &[Reading]| {
+        let Some((first, last)) = reading.used else { return false };
+        others.iter().any(|other| {
+            other.used.is_some_and(|used| used.0 <= first && last <= used.1 && used != (first, last))
+                && other.form.rank() <= reading.form.rank()
+                && other.form.resolution_s() <= reading.form.resolution_s()
+                && other.even >= reading.even - PART_MARGIN
+        })
+    };
+    let is_kept: Vec<bool> = readings
+        .iter()
+        .map(|reading| !is_counter(reading, readings) && !is_part(reading, readings))
+        .collect();
+    let mut is_kept = is_kept.into_iter();
+    readings.retain(|_| is_kept.next().unwrap_or(true));
+}
+
+/// Longest median interval of a reading, in seconds. Chosen: hours that are taken for years come out as even.
+const MAX_INTERVAL_S: f64 = 40.0 * DAY_S;
 
 /// Times in UTC, if what follows them are offsets: a few different ones, not a counter.
 fn with_offsets(moments: &[Option<Moment>]) -> Vec<Option<f64>> {
@@ -559,7 +640,7 @@ impl Reading {
         if let Form::Calendar { date: Date::None, .. } = form {
             over_midnight(&mut times);
         }
-        if let Form::Calendar { date: Date::MonthDay | Date::DayMonth, .. } = form {
+        if let Form::Calendar { date: Date::NameDay | Date::MonthDay | Date::DayMonth, .. } = form {
             cut_cycle(&mut times, 366.0 * DAY_S);
         }
         let known = sorted(&times);
@@ -567,6 +648,9 @@ impl Reading {
             return None;
         }
         let even = even_share(&known, form.resolution_s());
+        if median_interval(&known)? > MAX_INTERVAL_S {
+            return None;
+        }
         let spread = (known[known.len() - 1] - known[0]) / median_interval(&known)? / known.len() as f64;
         let spread = spread as u64;
         let last = moments.iter().flatten().map(|moment| moment.last).max()?;
@@ -582,6 +666,12 @@ impl Reading {
             in_order_of_numbers(&numbers, usual, self.form.resolution_s(), found);
         }
         found.warnings.extend(jump_of_clock(&found.times));
+        if matches!(self.form, Form::Calendar { date: Date::None, .. }) && self.even < LEAST_EVEN_OF_DAY {
+            found.warnings.push(
+                "the names tell the time of day alone, and the intervals differ: photographs of several days may be mixed"
+                    .to_owned(),
+            );
+        }
         if let Some(warning) = self.midnight(names, usual) {
             found.warnings.push(warning);
         }
@@ -736,7 +826,7 @@ fn in_order_of_numbers(numbers: &[u64], usual: f64, resolution_s: f64, found: &m
     let margin = (0.2 * usual).max(2.0 * resolution_s);
     let mut shift = 0.0;
     let mut corrected = found.times.clone();
-    let mut is_broken = false;
+    let (mut is_broken, mut is_half) = (false, false);
     for pair in order.windows(2) {
         let (Some(before), Some(time)) = (found.times[pair[0]], found.times[pair[1]]) else { continue };
         let interval = time - before;
@@ -752,8 +842,17 @@ fn in_order_of_numbers(numbers: &[u64], usual: f64, resolution_s: f64, found: &m
             found.notes.push("the clock goes on by an hour once, as at the start of summer time: an hour is taken off after".to_owned());
         } else if interval < -resolution_s {
             is_broken = true;
+        } else if next == 1.0 && (interval - 0.5 * DAY_S - usual).abs() <= margin {
+            is_half = true;
         }
         corrected[pair[1]] = Some(time + shift);
+    }
+    if is_half {
+        found.warnings.push(
+            "between two photographs that are numbered one after the other the clock goes on by twelve hours: it may be one of \
+             twelve hours without AM and PM"
+                .to_owned(),
+        );
     }
     if is_broken {
         found.warnings.push(
