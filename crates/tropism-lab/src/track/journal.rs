@@ -15,7 +15,7 @@ use tropism::vision::{Detection, FrameStatus};
 
 use crate::Error;
 use crate::difference::differences;
-use crate::files::disk;
+use crate::files::{disk, make_folder_of};
 
 const SCHEMA: &str = "tropism.frames/2";
 
@@ -92,6 +92,7 @@ impl FrameJournal {
         let head = serde_json::to_string(&Head { schema: SCHEMA, settings });
         let head = head.map_err(Error::at(path.display()))? + "\n";
         let exists = is_resumed && path.exists();
+        make_folder_of(path)?;
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create(true).truncate(!exists).open(path);
         let file = file.map_err(disk("write", path))?;

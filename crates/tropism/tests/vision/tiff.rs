@@ -43,7 +43,11 @@ fn file(pages: &[(&[(u16, &[u32])], &[u8])]) -> Vec<u8> {
         tags.sort_unstable();
         let mut table = (tags.len() as u16).to_le_bytes().to_vec();
         for (tag, values) in tags {
-            let (kind, size) = if matches!(tag, 273 | 279) { (4, 4) } else { (3, 2) };
+            let (kind, size) = match tag {
+                273 | 279 => (4, 4),
+                270 => (2, 1),
+                _ => (3, 2),
+            };
             let data: Vec<u8> =
                 values.iter().flat_map(|value| value.to_le_bytes()[..size].to_vec()).collect();
             table.extend(tag.to_le_bytes());
@@ -106,6 +110,11 @@ fn each_page_is_a_file_of_its_own() {
         assert_eq!(open(pages.page(index).unwrap().unwrap()).unwrap().rgb, wanted);
     }
     assert_eq!(pages.page(2).unwrap(), None);
+    // Three channels of ImageJ are one picture in colour: the text of the description, a byte a number.
+    let text: Vec<u32> = "ImageJ=1\nimages=3\nchannels=3\n\0".bytes().map(u32::from).collect();
+    let channel = [&[(270, &text[..])], &grey[..]].concat();
+    let channels = file(&[(&channel, &[1, 2]), (&grey, &[3, 4]), (&grey, &[5, 6])]);
+    assert_eq!(open(channels).unwrap().rgb, [1, 3, 5, 2, 4, 6]);
     for length in 0..bytes.len() {
         let _ = TiffPages::read(Cursor::new(&bytes[..length])).map(|mut pages| pages.page(1));
     }

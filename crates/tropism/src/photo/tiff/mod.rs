@@ -89,6 +89,11 @@ impl Photometric {
 pub(super) fn decode(bytes: &[u8]) -> Result<Image, PhotoError> {
     let mut directories = Directories::new(Cursor::new(bytes))?;
     let directory = directories.read_next()?.ok_or(TiffError::Damaged("no picture"))?;
+    if directory.description().starts_with("ImageJ=") {
+        // Its channels may stand in other pages. A page that is taken out has no description.
+        let page = TiffPages::read(Cursor::new(bytes))?.page(0)?.ok_or(TiffError::Damaged("no picture"))?;
+        return decode(&page);
+    }
     let side = |tag| directory.number(tag).and_then(|side| usize::try_from(side).ok()).unwrap_or(0);
     let (width, height) = (side(tag::WIDTH), side(tag::HEIGHT));
     check_size(width, height)?;

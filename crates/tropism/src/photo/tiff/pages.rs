@@ -70,8 +70,8 @@ impl<R: Read + Seek> TiffPages<R> {
     pub fn page(&mut self, index: usize) -> Result<Option<Vec<u8>>, PhotoError> {
         let Some(channels) = self.pages.get(index) else { return Ok(None) };
         let mut page = channels[0].clone();
-        // Places in the old file.
-        for tag in [tag::EXIF, tag::GPS, tag::SUB_DIRECTORIES] {
+        // Places in the old file, and what ImageJ says of all pages together.
+        for tag in [tag::EXIF, tag::GPS, tag::SUB_DIRECTORIES, tag::DESCRIPTION] {
             page.entries.remove(&tag);
         }
         let mut data = Vec::new();
