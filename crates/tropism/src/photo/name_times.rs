@@ -108,8 +108,8 @@ const PART_MARGIN: f64 = 0.25;
 /// Least share of even intervals of a reading that is not a full date. Chosen: with fewer the median interval means little.
 const LEAST_EVEN: f64 = 0.5;
 
-/// Least share of even intervals of times of day without a date, below which days may be mixed. Chosen: one in twenty.
-const LEAST_EVEN_OF_DAY: f64 = 0.95;
+/// Least share of even intervals of times of day without a date, below which days may be mixed. Chosen: one odd one in fifty.
+const LEAST_EVEN_OF_DAY: f64 = 0.98;
 
 /// A path, without the ending of its file: its numbers, and the words before and behind each.
 struct Name<'a> {
@@ -661,7 +661,9 @@ impl Reading {
     fn check_clock(&self, names: &[Name<'_>], found: &mut NameTimes) {
         let known = sorted(&found.times);
         let Some(usual) = median_interval(&known) else { return };
-        let numbers = self.used.and_then(|used| counter_beside(names, used));
+        let numbers = self.used.and_then(|used| {
+            counter_beside(names, used, matches!(self.form, Form::Calendar { skip: 1.., .. }))
+        });
         if let Some(numbers) = numbers {
             in_order_of_numbers(&numbers, usual, self.form.resolution_s(), found);
         }
@@ -804,9 +806,11 @@ fn usual_rise(names: &[Name<'_>], at: usize) -> Option<(u64, f64)> {
 }
 
 /// The numbers of a counter that stands beside the time, of which each occurs once.
-fn counter_beside(names: &[Name<'_>], used: (usize, usize)) -> Option<Vec<u64>> {
+fn counter_beside(names: &[Name<'_>], used: (usize, usize), has_skipped: bool) -> Option<Vec<u64>> {
     let least = names.iter().map(|name| name.groups.len()).min()?;
-    let candidates = (0..least).rev().filter(|at| !(used.0..=used.1).contains(at));
+    let is_skipped =
+        |at: usize| has_skipped && usual_rise(names, at).is_some_and(|(rise, even)| rise == 1 && even > 0.8);
+    let candidates = (0..least).rev().filter(|at| !(used.0..=used.1).contains(at) || is_skipped(*at));
     candidates.into_iter().find_map(|at| {
         let numbers: Vec<u64> =
             names.iter().map(|name| name.groups[at].1.parse().ok()).collect::<Option<_>>()?;
@@ -840,6 +844,9 @@ fn in_order_of_numbers(numbers: &[u64], usual: f64, resolution_s: f64, found: &m
         } else if usual < 0.5 * HOUR_S && (interval - HOUR_S - next * usual).abs() <= margin {
             shift -= HOUR_S;
             found.notes.push("the clock goes on by an hour once, as at the start of summer time: an hour is taken off after".to_owned());
+        } else if interval < 0.0 && (interval + DAY_S - next * usual).abs() <= margin {
+            shift += DAY_S;
+            found.notes.push("the times go on after midnight under the same date: a day is added".to_owned());
         } else if interval < -resolution_s {
             is_broken = true;
         } else if next == 1.0 && (interval - 0.5 * DAY_S - usual).abs() <= margin {
