@@ -37,12 +37,12 @@ export function openPhotographs() {
       </div>
       <div class="cols main-side">
         <div class="stack">
-          <div class="drop" id="drop">
+          <div class="dropzone" id="drop">
             <label class="field"><span>JPEG, PNG or TIFF files</span><input type="file" id="photo-files" multiple accept="image/jpeg,image/png,image/tiff" /></label>
             <label class="field"><span>or a folder</span><input type="file" id="photo-folder" webkitdirectory /></label>
             <span class="soft">or drop them here</span>
           </div>
-          <canvas class="picture" id="photo" width="720" height="480" role="img" aria-label="No photograph yet" hidden></canvas>
+          <canvas class="sight" id="photo" width="720" height="480" role="img" aria-label="No photograph yet" hidden></canvas>
           <label class="field" id="photo-film" hidden><span id="photo-name"></span><input type="range" id="photo-at" min="0" value="0" /></label>
         </div>
         <div class="stack">
@@ -192,7 +192,7 @@ async function show() {
     pen.stroke(new Path2D(row.stem_px.map(({ x, y }, index) => `${index ? "L" : "M"}${x} ${y}`).join("")));
   }
   if (row?.tip_px) cross(row.tip_px, row.is_measured ? "#ff4fd8" : "#b0b0b0");
-  const seen = row?.tip ? `tip at ${num(row.tip.x, 1)}, ${num(row.tip.y, 1)} cm` : "nothing found so far";
+  const seen = row?.tip ? `tip at ${num(row.tip[0], 1)}, ${num(row.tip[1], 1)} cm` : "nothing found so far";
   canvas.setAttribute("aria-label", `Photograph ${file.name}: ${seen}`);
 }
 
@@ -238,7 +238,7 @@ function paths(width) {
   const known = tips.filter(Boolean);
   if (!known.length) return "";
   const steps = tips.map((_, step) => step);
-  const values = known.flatMap(({ x, y }) => [x, y]);
+  const values = known.flat();
   return plot({
     w: width,
     h: 200,
@@ -246,8 +246,8 @@ function paths(width) {
     y: [Math.min(0, ...values) - 0.5, Math.max(...values) + 0.5],
     xl: "photograph",
     yl: "tip x, y (cm)",
-    label: `The tip in ${plural(known.length, "photograph")}, now at ${num(known.at(-1).x, 1)}, ${num(known.at(-1).y, 1)} cm`,
+    label: `The tip in ${plural(known.length, "photograph")}, now at ${num(known.at(-1)[0], 1)}, ${num(known.at(-1)[1], 1)} cm`,
     body: (x, y) =>
-      `<path class="stroke bold right" d="${line(steps, tips.map((tip) => tip?.x ?? null), x, y)}"/><path class="stroke bold best" d="${line(steps, tips.map((tip) => tip?.y ?? null), x, y)}"/>`,
+      `<path class="stroke bold right" d="${line(steps, tips.map((tip) => tip?.[0] ?? null), x, y)}"/><path class="stroke bold best" d="${line(steps, tips.map((tip) => tip?.[1] ?? null), x, y)}"/>`,
   });
 }

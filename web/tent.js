@@ -4,7 +4,7 @@ import { drawing } from "../crates/tropism-studio/assets/drawing.js";
 import { Engine } from "./engine.js";
 import { $, $$, controllers, download, html, icon, num, put, say } from "./studio.js";
 
-const STEERERS = { you: "You", greedy: "Greedy", rule: "Tuned rule", paper: "The paper’s champion" };
+const STEERERS = { you: "You", greedy: "Greedy", rule: "Rule", paper: "Champion" };
 /** The paper's targets, for which its champion evolved. */
 const PAPER = { targets: [[3, 6], [-5, 9], [-1, 13.5]] };
 
@@ -81,7 +81,7 @@ async function begin(next, plant) {
   for (const button of $$("[data-steers]")) button.setAttribute("aria-pressed", String(button.dataset.steers === who));
   $("#tent-steer").hidden = who !== "you";
   const task = who === "paper" ? PAPER : drawing();
-  $("#tent-task").textContent = who === "paper" ? "Towards the paper’s three targets." : "Towards what is drawn.";
+  $("#tent-task").textContent = who === "paper" ? "The champion of the paper’s method, towards the paper’s three targets." : "Towards the targets that are drawn in this page.";
   engine ??= new Engine();
   try {
     const file = controllers.get(who);
@@ -138,7 +138,7 @@ function show(seen, bytes) {
   const mark = at ? `<path class="found" d="M${at.x - 9} ${at.y - 9}l18 18m0 -18l-18 18"/>` : "";
   const picture = $("#tent-photo");
   picture.innerHTML = `<image href="${address}" width="648" height="486"/>${mark}`;
-  const where = tip ? `tip at ${num(tip.x, 1)}, ${num(tip.y, 1)} cm` : "no tip found";
+  const where = tip ? `tip at ${num(tip[0], 1)}, ${num(tip[1], 1)} cm` : "no tip found";
   picture.setAttribute("aria-label", `Photograph of the virtual bean, ${where}`);
   $("#lampline").dataset.lamp = seen.light ?? "";
   const minutes = 5 * seen.step;

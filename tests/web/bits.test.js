@@ -15,8 +15,8 @@ const native = (line) => {
 };
 const made = (name) => fs.readFileSync(path.join(folder, name), "utf8");
 /** The answer to a question that can be answered. */
-const told = (ask, question) => {
-  const { json } = ask(question);
+const told = (ask, question, bytes) => {
+  const { json } = ask(question, bytes);
   assert.equal(json.error, undefined, JSON.stringify(question).slice(0, 200));
   return json;
 };
@@ -49,6 +49,32 @@ test("a model and a champion are those of the native program", async () => {
   const { run } = told(ask, { ask: "choose", trials: champions.map(({ trial }) => trial) });
   assert.equal(champions[run].file, made("drawn/champion.json"));
   champions.forEach((champion) => assert.equal(champion.file, made(`drawn/champions/run-0${champion.run}.json`)));
+});
+
+test("photographs are tracked as by the native program", async () => {
+  const ask = await module();
+  native("run --rig greenhouse --controller periodic --steps 7 --out tent");
+  const place = "--base 323,417 --roi 113,67,421,344 --scale 8.757 --up up --time even";
+  native(`track tent/photographs ${place} --out native.csv`);
+  const photographs = path.join(folder, "tent", "photographs");
+  const listed = fs.readdirSync(photographs);
+  const names = told(ask, { ask: "order", names: listed }).map((place) => listed[place]);
+  const bytes = names.map((name) => fs.readFileSync(path.join(photographs, name)));
+  const first = bytes.slice(0, 6);
+  const region = { x: 113, y: 67, width: 421, height: 344 };
+  const question = { ask: "track", px_per_cm: 8.757, base: { x: 323, y: 417 }, region, period_min: 5 };
+  told(ask, { ...question, first: first.map(({ length }) => length) }, Buffer.concat(first));
+  names.forEach((name, step) => told(ask, { ask: "next", name }, bytes[step]));
+  const rows = (text) => {
+    const [head, ...lines] = text.trim().split("\n").map((line) => line.split(","));
+    return lines.map((line) => Object.fromEntries(head.map((name, column) => [name, line[column]])));
+  };
+  const found = rows(ask({ ask: "csv" }).bytes.toString());
+  const wanted = rows(made("native.csv"));
+  assert.equal(found.length, 8);
+  found.forEach((row, step) => Object.entries(row).forEach(([name, cell]) => assert.equal(cell, wanted[step][name], `${name} of ${step}`)));
+  const { error } = ask({ ask: "track", period_min: 5, first: [9] }, Buffer.from("no JPEG")).json;
+  assert.match(error, /too few bytes/);
 });
 
 test("what cannot be done is a sentence", async () => {

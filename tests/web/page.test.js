@@ -105,13 +105,41 @@ test("the paper's figures follow its settings", async (t) => {
   assert.notEqual(await found.locator("#figures-evolution svg").last().innerHTML(), before);
 });
 
+test("the tip in a virtual tent is found, and leads the lamp", async (t) => {
+  const found = await opened(t, "#/tent", PHONE);
+  const says = () => found.textContent("#tent-says");
+  await until(async () => /0 h 00 tip at/.test(await says()), "the first photograph");
+  await found.tap("#tent-play");
+  await until(async () => /0 h [1-5]\d tip at .* (left|right) lamp/s.test(await says()), "the tip is followed");
+  await found.tap("[data-steers=you]");
+  await found.tap("#tent-right");
+  await until(async () => /right lamp/.test(await says()), "the lamp that a person lights");
+  // Its photographs are taken up by the page like anybody's.
+  const saved = found.waitForEvent("download");
+  await found.tap("#tent-save");
+  const file = await (await saved).path();
+  const bytes = fs.readFileSync(file);
+  await found.tap("a[href='#/photographs']");
+  const photographs = [1, 2, 3].map((number) => ({ name: `${number}.jpg`, mimeType: "image/jpeg", buffer: bytes }));
+  await found.setInputFiles("#photo-files", photographs);
+  await until(async () => /3 photographs, 648 × 486/.test(await found.textContent("#photo-says")), "the photographs");
+  await found.fill("#root-x", "323");
+  await found.fill("#root-y", "417");
+  await found.locator("#root-y").blur();
+  await found.tap("#photo-track");
+  await until(async () => /measured in 1 of 3/.test(await found.textContent("#photo-says")), "one photograph, and twice the same again");
+  await found.locator("#photo-curve svg").waitFor();
+});
+
 for (const theme of ["light", "dark"]) {
   test(`no findings of axe, ${theme}`, async (t) => {
-    for (const mode of ["play", "draw", "paper", "photographs", "tent"]) {
-      const found = await opened(t, `#/${mode}`, { ...PHONE, colorScheme: theme, reducedMotion: "reduce" });
-      await found.waitForTimeout(300);
-      if (mode === "paper") await found.locator(".paper-figure svg").first().waitFor();
-      await found.evaluate(AXE);
+    const found = await opened(t, "", { ...PHONE, colorScheme: theme, reducedMotion: "reduce" });
+    await found.locator("#plane .bean").waitFor();
+    await found.evaluate(AXE);
+    const there = { play: "#plane .bean", draw: "#targets .target-row", paper: ".paper-figure svg", photographs: "#photo-files", tent: "#tent-photo image" };
+    for (const [mode, selector] of Object.entries(there)) {
+      await found.evaluate((hash) => (location.hash = hash), `#/${mode}`);
+      await found.locator(selector).first().waitFor();
       const { violations } = await found.evaluate(() => globalThis.axe.run());
       assert.deepEqual(violations.map(({ id, nodes }) => [mode, id, nodes.map(({ html }) => html.slice(0, 120))]), []);
     }

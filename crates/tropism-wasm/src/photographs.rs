@@ -5,7 +5,7 @@ use tropism::geometry::{Pixel, Region};
 use tropism::photo::{Photo, natural_order};
 use tropism::track::{Column, Sample, Track};
 use tropism::vision::raster::source::PixelSource;
-use tropism::vision::{Calibration, Frame, TipTracker, VisionConfig, lamp_state};
+use tropism::vision::{Calibration, Detection, Frame, FrameStatus, TipTracker, VisionConfig, lamp_state};
 use tropism_bean::view;
 
 use crate::SessionError;
@@ -15,6 +15,8 @@ pub(crate) struct Series {
     tracker: TipTracker,
     period_min: f64,
     step: u32,
+    /// The last photograph, to know a repeated one.
+    last: Vec<u8>,
     samples: Vec<Sample>,
     /// Name, class and confidence of each sample's photograph.
     columns: [Vec<String>; 3],
@@ -65,32 +67,43 @@ impl Series {
         let config = VisionConfig { crop: region, ..VisionConfig::default() };
         let mut tracker = TipTracker::new(calibration, config)?.with_period(period_min);
         pictures.iter().for_each(|picture| tracker.set_reference(picture));
-        Ok(Self { tracker, period_min, step: 0, samples: Vec::new(), columns: Default::default() })
+        Ok(Self {
+            tracker,
+            period_min,
+            step: 0,
+            last: Vec::new(),
+            samples: Vec::new(),
+            columns: Default::default(),
+        })
     }
 
     /// Tracks the plant in the next photograph.
     pub(crate) fn next(&mut self, name: &str, bytes: &[u8]) -> Value {
         let time_s = 60.0 * self.period_min * f64::from(self.step);
         let frame = Frame::new(photo(name, bytes, time_s));
-        let seen = self.tracker.observe(&frame);
+        let is_repeated = !bytes.is_empty() && self.last == bytes;
+        self.last = bytes.to_vec();
+        // Rounded as in the journal of `tropism track`.
+        let detected = match is_repeated {
+            true => Err(FrameStatus::Repeated),
+            false => self.tracker.detect(frame.picture()).map(Detection::rounded),
+        };
+        let stem = detected.as_ref().ok().and_then(|detection| detection.stem.clone());
+        let seen = self.tracker.update(detected, time_s);
         let light = frame.picture().ok().and_then(|picture| lamp_state(picture, None));
-        let is_measured = seen.is_measured();
         let told = json!({
             "name": name,
             "class": seen.status.to_string(),
-            "is_measured": is_measured,
+            "is_measured": seen.is_measured(),
             "tip_px": seen.tip_px,
             "tip": seen.observation.as_ref().map(|seen| seen.tip),
-            "stem_px": seen.observation.as_ref().filter(|_| self.tracker.has_measured_stem())
-                .and_then(|seen| seen.stem.as_ref())
-                .map(|stem| stem.0.iter().map(|at| self.tracker.calibration().pixel(*at)).collect::<Vec<_>>()),
+            "stem_px": stem.filter(|_| self.tracker.has_measured_stem()),
             "light": light.map(|light| light.to_string()),
             "confidence": seen.confidence,
         });
         if let Some(observation) = seen.observation {
-            let stem = None;
             let sample = Sample::of(observation, self.step, time_s, light);
-            self.samples.push(Sample { stem, ..sample });
+            self.samples.push(Sample { stem: None, ..sample });
             let cells = [name.to_owned(), seen.status.to_string(), format!("{:.3}", seen.confidence)];
             self.columns.iter_mut().zip(cells).for_each(|(column, cell)| column.push(cell));
         }
