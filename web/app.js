@@ -4,7 +4,7 @@ import { mode as drawingMode, take, text } from "../crates/tropism-studio/assets
 import { enter } from "../crates/tropism-studio/assets/draw.js";
 import { drawn, setMode } from "../crates/tropism-studio/assets/editor.js";
 import { view } from "../crates/tropism-studio/assets/plane.js";
-import { rivals, seed, setSeed } from "../crates/tropism-studio/assets/trial.js";
+import { seed, setSeed } from "../crates/tropism-studio/assets/trial.js";
 import { $, $$, championOf, html, icon, put, session, toast, toggleTheme } from "./studio.js";
 import "./champion.js";
 import { openPaper } from "./paper.js";
@@ -78,7 +78,6 @@ addEventListener("hashchange", route);
 addEventListener("keydown", ({ key }) => {
   if (mode === "tent" && (key === "ArrowLeft" || key === "ArrowRight")) lightTent(key === "ArrowLeft" ? "left" : "right");
 });
-document.addEventListener("trialend", () => mode === "play" && view.who === "you" && rivals());
 $("#redraw").addEventListener("click", () => {
   location.hash = "/draw";
 });

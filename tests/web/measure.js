@@ -5,11 +5,16 @@ import path from "node:path";
 import { module } from "./module.js";
 
 const ask = await module();
+/** Wall-clock and processor time since a moment; what the machine spends on other work is in the first alone. */
+const since = (wall, before) => {
+  const { user, system } = process.cpuUsage(before);
+  return `${Math.round(performance.now() - wall)} ms (processor ${Math.round((user + system) / 1000)} ms)`;
+};
 const time = (what, question, bytes) => {
-  const began = performance.now();
+  const [wall, before] = [performance.now(), process.cpuUsage()];
   const { json } = ask(question, bytes);
   if (json.error) throw new Error(json.error);
-  if (what) console.log(`${what}: ${Math.round(performance.now() - began)} ms`);
+  if (what) console.log(`${what}: ${since(wall, before)}`);
   return json;
 };
 time("six beans of 1000 steps and their model", { ask: "fit" });
@@ -24,8 +29,8 @@ const pictures = files.filter((name) => /\.(jpe?g|png|tiff?)$/i.test(name)).sort
 if (pictures.length) {
   const bytes = pictures.map((name) => fs.readFileSync(name));
   const first = bytes.slice(0, 6);
-  const began = performance.now();
+  const [wall, before] = [performance.now(), process.cpuUsage()];
   time("", { ask: "track", period_min: 5, first: first.map(({ length }) => length) }, Buffer.concat(first));
   bytes.forEach((photograph, place) => time("", { ask: "next", name: path.basename(pictures[place]) }, photograph));
-  console.log(`${pictures.length} photographs: ${Math.round(performance.now() - began)} ms`);
+  console.log(`${pictures.length} photographs: ${since(wall, before)}`);
 }

@@ -43,9 +43,14 @@ for (const [name, options] of Object.entries({ PHONE, DESK })) {
     await until(async () => (await tip()) > 0.5, "it bends to the lamp that is lit");
     await found.keyboard.press("ArrowLeft");
     assert.equal(await found.getAttribute("#left", "aria-pressed"), "true");
+    await press("[data-speed='96']");
+    // At the end of one's own bean the scores of the others stand beside one's own.
+    await until(async () => /the end/.test(await found.textContent("#hour")), "the end of the own bean");
+    await until(async () => !/–/.test(await found.textContent("#score")), "the scores of the others");
     for (const who of ["greedy", "rule", "champion"]) {
       await press(`[data-who=${who}]`);
-      await press("[data-speed='96']");
+      await press("#again");
+      await press("#play");
       await until(async () => (await hours(found)) >= 20, `${who} steers the same bean`);
     }
     const isWide = await found.evaluate(() => document.documentElement.scrollWidth > innerWidth);

@@ -100,8 +100,8 @@ export function begin(who = view.at ? "champion" : "greedy") {
   view.trials = {};
   steer(who);
 }
-/** Lets all others steer the same bean to the end, for their scores. */
-export async function rivals() {
+/** Lets all others steer the same bean to the end, for their scores beside that of a person. */
+async function rivals() {
   const own = view.trials;
   for (const { hidden, dataset } of $$("[data-who]")) {
     if (hidden || dataset.who === "you" || own[dataset.who]) continue;
@@ -203,7 +203,7 @@ function frame(time) {
     if (steps > 0) trial.at += steps;
     if (isDone(trial) && !isAsking) {
       isPlaying = false;
-      document.dispatchEvent(new Event("trialend"));
+      if (view.who === "you") rivals();
     }
     if (steps > 0 || !isPlaying) {
       draw();

@@ -17,6 +17,7 @@ use tropism_lab::files::shell_word;
 use tropism_lab::run::speed_of;
 use tropism_lab::status::{self, RunState, RunStatus};
 use tropism_lab::{RunConfig, StepRecord, holder, simulate};
+use tropism_page::thinned;
 
 use crate::error::Refusal;
 use crate::items::state_word;
