@@ -21,7 +21,7 @@ use crate::{Studio, evolution, found, jobs};
 /// Generations of an evolution that a page asks for, at most.
 pub(crate) const MOST_GENERATIONS: u32 = 100_000;
 
-/// What virtual common beans reach, as the page is told.
+/// What virtual common beans reach, as the page shows it.
 #[derive(Debug, Serialize)]
 pub(crate) struct ToldReach {
     is_virtual: bool,
@@ -59,7 +59,7 @@ pub(crate) struct TryPlan {
     /// With [`Who::You`], a letter `l` or `r` for each step so far.
     #[serde(default)]
     pub(crate) lights: String,
-    /// The first step that is told.
+    /// The first step that is sent.
     #[serde(default)]
     pub(crate) from: usize,
 }

@@ -52,21 +52,21 @@ impl FrameDetections {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct PlantDetection {
     pub(super) class: FrameStatus,
-    pub(super) sighting: Option<Detection>,
+    pub(super) detected: Option<Detection>,
 }
 
 impl PlantDetection {
     /// A detection [rounded](Detection::rounded), so that a line of the journal holds all of it.
     pub(super) fn new(detected: Result<Detection, FrameStatus>) -> Self {
         match detected {
-            Err(class) => Self { class, sighting: None },
-            Ok(sighting) => Self { class: FrameStatus::Ok, sighting: Some(sighting.rounded()) },
+            Err(class) => Self { class, detected: None },
+            Ok(detected) => Self { class: FrameStatus::Ok, detected: Some(detected.rounded()) },
         }
     }
 
     /// The detection, or the reason why there is none.
     pub(super) fn result(&self) -> Result<Detection, FrameStatus> {
-        self.sighting.clone().ok_or(self.class)
+        self.detected.clone().ok_or(self.class)
     }
 }
 
@@ -165,7 +165,7 @@ mod tests {
     use super::*;
 
     fn detections(frame: &str) -> FrameDetections {
-        let sighting = Detection {
+        let detected = Detection {
             tip: Pixel::new(1.0 / 3.0, 2.0),
             apex: Some(Pixel::new(0.1, 0.2)),
             stem: Some(vec![Pixel::new(5.0, 6.123_456)]),
@@ -177,7 +177,7 @@ mod tests {
             sha256: format!("of {frame}"),
             light: Some(Light::LEFT),
             problem: None,
-            plants: vec![PlantDetection::new(Ok(sighting)), PlantDetection::new(Err(FrameStatus::NoPlant))],
+            plants: vec![PlantDetection::new(Ok(detected)), PlantDetection::new(Err(FrameStatus::NoPlant))],
         }
     }
 
