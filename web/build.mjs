@@ -7,9 +7,10 @@ import { createHash } from "node:crypto";
 import fs from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
+import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
 
-const ROOT = path.resolve(import.meta.dirname, "..");
+const ROOT = fileURLToPath(new URL("..", import.meta.url));
 const ASSETS = path.join(ROOT, "crates/tropism-studio/assets");
 const WEB = path.join(ROOT, "web");
 const [, , module, out] = process.argv;
