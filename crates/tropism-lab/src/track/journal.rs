@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use tropism::geometry::Pixel;
 use tropism::lamps::Light;
 use tropism::vision::{Detection, FrameStatus};
 
@@ -57,18 +56,11 @@ pub(super) struct PlantDetection {
 }
 
 impl PlantDetection {
-    /// A detection rounded to a thousandth of a pixel, so that a line of the journal holds all of it.
+    /// A detection [rounded](Detection::rounded), so that a line of the journal holds all of it.
     pub(super) fn new(detected: Result<Detection, FrameStatus>) -> Self {
-        let rounded = |value: f64| (value * 1e3).round() / 1e3;
-        let round = |pixel: Pixel| Pixel::new(rounded(pixel.x), rounded(pixel.y));
         match detected {
             Err(class) => Self { class, detected: None },
-            Ok(mut detected) => {
-                detected.tip = round(detected.tip);
-                detected.apex = detected.apex.map(round);
-                detected.stem = detected.stem.map(|stem| stem.into_iter().map(round).collect());
-                Self { class: FrameStatus::Ok, detected: Some(detected) }
-            }
+            Ok(detected) => Self { class: FrameStatus::Ok, detected: Some(detected.rounded()) },
         }
     }
 
@@ -169,6 +161,7 @@ impl FrameJournal {
 #[cfg(test)]
 mod tests {
     use serde_json::json;
+    use tropism::geometry::Pixel;
 
     use super::*;
 
