@@ -110,6 +110,7 @@ fn one_thread_two_threads_and_a_killed_study_end_in_the_same_bits() {
         child.kill().unwrap();
         child.wait().unwrap();
         kills += 1;
+        report_grows(killed.path());
         // Longer each time, so that a slow machine gets through.
         patience = patience.mul_f64(1.35);
     }
@@ -124,6 +125,16 @@ fn one_thread_two_threads_and_a_killed_study_end_in_the_same_bits() {
     studies_are_compared(one.path(), killed.path());
     report_is_whole(one.path(), &numbers);
     is_small_and_goes_on_alone(one.path(), &numbers);
+}
+
+/// From its first second on a study at work has a report, which a browser reads again and again.
+fn report_grows(folder: &Path) {
+    let Ok(html) = fs::read_to_string(folder.join("study/report.html")) else { return };
+    let is_at_work = html.contains("A study at work");
+    assert_eq!(html.contains("http-equiv=\"refresh\""), is_at_work);
+    if is_at_work && fs::exists(folder.join("study/model.json")).unwrap() {
+        assert!(html.contains("<figure"), "a study with a model has tracks, which are drawn");
+    }
 }
 
 /// Two studies of one seed have the same evolutions and champions: no difference is found.

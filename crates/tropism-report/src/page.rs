@@ -81,12 +81,23 @@ impl Page {
     /// has one script, by which the reader turns it; a policy in the page keeps all others and the network out.
     #[must_use]
     pub fn html(&self) -> String {
+        self.html_with(None)
+    }
+
+    /// The same of work that is not finished: a browser reads the page again after `refresh_s` seconds.
+    #[must_use]
+    pub fn growing_html(&self, refresh_s: u32) -> String {
+        self.html_with(Some(refresh_s))
+    }
+
+    fn html_with(&self, refresh_s: Option<u32>) -> String {
         let style = format!("{}{}", colour::style(), include_str!("page.css"));
         html! {
             (DOCTYPE)
             html lang="en" {
                 head {
                     meta charset="utf-8";
+                    @if let Some(seconds) = refresh_s { meta http-equiv="refresh" content=(seconds); }
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     meta name="color-scheme" content="light dark";
                     meta name="generator" content={ "tropism " (self.version) };

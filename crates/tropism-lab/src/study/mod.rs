@@ -6,6 +6,7 @@
 
 mod config;
 mod results;
+mod growing;
 mod page;
 mod status;
 
@@ -87,10 +88,20 @@ impl Workflow for StudyPlan {
     fn perform(&self, monitor: &dyn Monitor) -> Result<StudyResults, Error> {
         let _lock = self.claim()?;
         monitor.note("a study on virtual plants: nothing here is a measurement of a living plant");
+        growing::write(self, 0)?;
+        let (first, report) =
+            (self.out.join("open-loop/1/photographs/000000.jpg"), self.out.join("report.html"));
+        monitor.note(&format!(
+            "first photograph: {}; the report grows: {}",
+            first.display(),
+            report.display()
+        ));
         let mut study = StudyStages { plan: self, monitor, stage: 0, seconds: read_seconds(&self.out) };
         study.time(StudyStages::open_loop)?;
+        growing::write(self, 1)?;
         study.time(StudyStages::fit)?;
         study.time(StudyStages::evolve)?;
+        growing::write(self, 3)?;
         study.time(StudyStages::random)?;
         study.time(StudyStages::reality)?;
         study.time(StudyStages::judge)?;
