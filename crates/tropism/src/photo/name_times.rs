@@ -854,6 +854,7 @@ fn in_order_of_numbers(numbers: &[u64], usual: f64, resolution_s: f64, found: &m
         }
         corrected[pair[1]] = Some(time + shift);
     }
+    found.notes.dedup();
     if is_half {
         found.warnings.push(
             "between two photographs that are numbered one after the other the clock goes on by twelve hours: it may be one of \
