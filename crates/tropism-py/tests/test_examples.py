@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("gymnasium")
+pytest.importorskip("tropism.envs")
 
 
 def example(name: str) -> ModuleType:

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from tropism import _core
 from tropism._core import Genome, Network, Networks
+from tropism.errors import PlanError
 
 if TYPE_CHECKING:
     import networkx
@@ -88,7 +89,7 @@ def config(preset: str = "multineat", **changes: Any) -> dict[str, Any]:
     values: dict[str, Any] = json.loads(_core.neat_config(preset))
     for key, value in changes.items():
         if key not in values:
-            raise _core.PlanError(f"found parameter {key!r}, wanted one of {', '.join(values)}")
+            raise PlanError(f"found parameter {key!r}, wanted one of {', '.join(values)}")
         values[key] = value
     return values
 
@@ -130,7 +131,7 @@ class Neat:
             if watch is not None:
                 watch(generation)
         if self.champion is None:
-            raise _core.PlanError(f"found {generations} generations, wanted at least one")
+            raise PlanError(f"found {generations} generations, wanted at least one")
         return self.champion
 
     @property

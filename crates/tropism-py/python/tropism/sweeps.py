@@ -9,10 +9,13 @@ from dataclasses import replace
 from typing import Any, Literal
 
 from tropism import _core
+from tropism.edge import PathLike, settings
+from tropism.errors import PlanError
 from tropism.monitor import Monitor
+from tropism.plan import execute
+from tropism.plans import SweepPlan
 from tropism.results import SweepResults
 from tropism.storage import execute_at, is_address
-from tropism.workflows import PathLike, SweepPlan, execute
 
 
 def sweep(
@@ -42,7 +45,7 @@ def sweep(
     default with Ray).
     """
     chosen = as_plan(plan)
-    config = dict(chosen.config or {})
+    config = settings(chosen.config)
     if grid is not None:
         config["grid"] = dict(grid)
     if model is not None:
@@ -55,7 +58,7 @@ def sweep(
     if engine == "local":
         return execute_at(chosen, storage_options) if is_address(chosen.out) else execute(chosen)
     if engine != "ray":
-        raise _core.PlanError(f"found engine {engine!r}, wanted local or ray")
+        raise PlanError(f"found engine {engine!r}, wanted local or ray")
     from tropism.ray_engine import sweep_on_ray
 
     return sweep_on_ray(
