@@ -49,6 +49,9 @@ def _is_loaded() -> bool:
 
 
 def where_gymnasium_is() -> None:
-    """Registers now if Gymnasium is loaded."""
+    """Registers now if Gymnasium is loaded.
+
+    >>> where_gymnasium_is()
+    """
     if _is_loaded():
         register_envs()

@@ -48,12 +48,20 @@ WORDS: Mapping[str, Settings] = {
 
 
 def is_path(value: object) -> bool:
-    """Whether a value is a `str` or an `os.PathLike`."""
+    """Whether a value is a `str` or an `os.PathLike`.
+
+    >>> is_path("beans"), is_path(3)
+    (True, False)
+    """
     return isinstance(value, (str, os.PathLike))
 
 
 def kind_of(value: object) -> str:
-    """The type of a value, as messages name it."""
+    """The type of a value, as messages name it.
+
+    >>> kind_of(3)
+    'int'
+    """
     return type(value).__name__
 
 
@@ -112,6 +120,25 @@ def settings(value: Any, place: str = "settings") -> dict[str, Any]:
         found = plain(value, place)
         return found
     raise WrongTypeError(f"{place}: found {kind_of(value)}, wanted a dict or the path of a TOML file")
+
+
+def run_config(value: Any, place: str = "config") -> dict[str, Any]:
+    """The settings of a run: keys that are left out are those of a run in the virtual tent.
+
+    >>> run_config({"task": {"max_steps": 3}})["task"]
+    {'max_steps': 3}
+    """
+    given = settings(value, place)
+    if "schema" in given:
+        return given
+    config: dict[str, Any] = json.loads(_core.complete_plan("run"))["config"]
+    unknown = [key for key in given if key not in config]
+    if unknown:
+        raise PlanError(f"{place}: unknown key {unknown[0]!r}, wanted one of {', '.join(config)}")
+    for key, role in (("task", task), ("controller", controller)):
+        if key in given:
+            given[key] = role(value[key] if isinstance(value, Mapping) else given[key], f"{place}.{key}")
+    return {**config, **given}
 
 
 def task(value: Any, place: str = "task") -> dict[str, Any]:

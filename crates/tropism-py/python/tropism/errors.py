@@ -23,7 +23,7 @@ class PlanError(TropismError, ValueError):
     >>> import tropism
     >>> tropism.fit(tracks=[])
     Traceback (most recent call last):
-    tropism.errors.PlanError: fit: `tracks`: found none, wanted at least one track
+    tropism.errors.PlanError: fit: found no `tracks`, wanted at least one
     """
 
 

@@ -207,6 +207,11 @@ class Tent:
     `greenhouse` has the keys of docs/reference/virtual-plants.md: species, variation, scene and faults; `seed` selects the
     plant. The tent has what the settings of a `task` need: its obstacles, and for targets in space four lamps and a camera at
     the side.
+
+    >>> import tropism
+    >>> tent = tropism.loop.Tent(seed=1)
+    >>> tent.photograph()[:2]
+    b'\\xff\\xd8'
     """
 
     def __init__(

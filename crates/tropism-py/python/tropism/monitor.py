@@ -61,11 +61,11 @@ class Progress(Monitor):
     Stages and their ends are logged at level DEBUG.
 
     >>> import io
-    >>> out = io.StringIO()
-    >>> progress = Progress("fit", out)
-    >>> progress.note("two tracks")
-    >>> out.getvalue()
-    'two tracks\\n'
+    >>> progress = Progress("fit", io.StringIO())
+    >>> progress.stage("tracks", 2)
+    >>> progress.advance(1)
+    >>> progress.done
+    1
     """
 
     #: Columns of the bar.

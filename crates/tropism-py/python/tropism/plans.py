@@ -853,7 +853,7 @@ class RunPlan(Plan[RunResults]):
 
     workflow: ClassVar[str] = "run"
     results = RunResults
-    roles: ClassVar[Mapping[str, str]] = {"config": "settings", "out": "path"}
+    roles: ClassVar[Mapping[str, str]] = {"config": "run_config", "out": "path"}
     config: AnySettings | None = None
     out: PathLike | None = None
     resume: bool | None = None
@@ -1108,6 +1108,12 @@ def acceptance(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> rows = acceptance().rows
+    >>> rows[0].published is not None
+    True
     """
     return execute(AcceptancePlan(species=species, seed=seed, monitor=monitor, threads=threads))
 
@@ -1158,6 +1164,12 @@ def baseline(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> model = tropism.Model.of_virtual_beans(plants=2, steps=60)
+    >>> baseline(model, count=10, task={"max_steps": 20}).count
+    10
     """
     return execute(
         BaselinePlan(
@@ -1214,6 +1226,11 @@ def calibrate(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> task = {"kind": "open_loop", "max_steps": 100}
+    >>> [plant] = calibrate(tropism.loop.grow("periodic", task)[0]).rows
     """
     return execute(
         CalibratePlan(
@@ -1229,8 +1246,8 @@ def calibrate(
 
 
 def calibrate_camera(
+    photograph: PathLike,
     *,
-    photograph: PathLike = "",
     scale: Any | None = None,
     base: AnySettings | None = None,
     out: PathLike = "calibration.toml",
@@ -1245,7 +1262,7 @@ def calibrate_camera(
 
     Parameters
     ----------
-    photograph : PathLike, default ""
+    photograph : PathLike
         Photograph of the camera at its final place.
     scale : Any, default None: the paper's
         What gives the scale.
@@ -1271,6 +1288,12 @@ def calibrate_camera(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> calibrate_camera("chart.jpg")  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.MissingFileError: calibrate_camera: chart.jpg: cannot read
     """
     return execute(
         CalibrateCameraPlan(
@@ -1324,6 +1347,11 @@ def check(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> check("rig.toml").findings[0].verdict
+    'fail'
     """
     return execute(
         CheckPlan(
@@ -1340,8 +1368,8 @@ def check(
 
 
 def depth(
+    front: PathLike,
     *,
-    front: PathLike = "front.csv",
     side: PathLike = "side.csv",
     distance_cm: Sequence[float] = (74.0, 74.0),
     from_: Literal["left", "right"] = "right",
@@ -1356,7 +1384,7 @@ def depth(
 
     Parameters
     ----------
-    front : PathLike, default "front.csv"
+    front : PathLike
         Track of the camera in front.
     side : PathLike, default "side.csv"
         Track of the camera at the side.
@@ -1384,6 +1412,12 @@ def depth(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> depth("front.csv", side="side.csv", distance_cm=[60, 60])  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.MissingFileError: depth: front.csv: cannot read
     """
     return execute(
         DepthPlan(
@@ -1448,6 +1482,13 @@ def evolve(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> model = tropism.Model.of_virtual_beans(plants=2, steps=60)
+    >>> small = {"runs": 1, "generations": 2, "neat": {"population": 6}}
+    >>> evolve(model, task={"max_steps": 20}, evolution=small, trial_plants=2).champion
+    0
     """
     return execute(
         EvolvePlan(
@@ -1499,6 +1540,12 @@ def export(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> _ = tropism.run({"task": {"max_steps": 2}}, out="run")
+    >>> export("run", "run.tar").out
+    'run.tar'
     """
     return execute(ExportPlan(folder=folder, out=out, keep_going=keep_going, monitor=monitor, threads=threads))
 
@@ -1549,7 +1596,9 @@ def fit(
 
     Examples
     --------
-    >>> fit([tropism.loop.grow("periodic", {"kind": "open_loop", "max_steps": 60})[0]], out="model.json").shifts
+    >>> task = {"kind": "open_loop", "max_steps": 60}
+    >>> track, _ = tropism.loop.grow("periodic", task)
+    >>> fit(track, out="model.json").shifts
     60
     """
     return execute(
@@ -1619,6 +1668,12 @@ def forecast(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> model = tropism.Model.of_virtual_beans(plants=2, steps=100)
+    >>> forecast(model, plants=1, horizons_min=[60]).horizons_min
+    [60.0]
     """
     return execute(
         ForecastPlan(
@@ -1767,6 +1822,13 @@ def guide(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> task = {"kind": "open_loop", "max_steps": 2}
+    >>> _ = tropism.grow(plants=1, task=task, out="photographed", photographs=True)
+    >>> import glob
+    >>> _ = guide(sorted(glob.glob("photographed/*/photographs/*.jpg")), page="guide.html")
     """
     return execute(
         GuidePlan(
@@ -1815,6 +1877,10 @@ def kinematics(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> _ = kinematics(out="kinematics")
     """
     return execute(KinematicsPlan(species=species, out=out, monitor=monitor, threads=threads))
 
@@ -1853,6 +1919,12 @@ def laboratories(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> laboratories({"nonsense": 1})  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.PlanError: laboratories: config.nonsense: unknown key
     """
     return execute(LaboratoriesPlan(config=config, out=out, resume=resume, monitor=monitor, threads=threads))
 
@@ -1891,6 +1963,10 @@ def recovery(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> _ = recovery(plants=1)
     """
     return execute(RecoveryPlan(plants=plants, species=species, seed=seed, monitor=monitor, threads=threads))
 
@@ -1930,6 +2006,14 @@ def report(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> model = tropism.Model.of_virtual_beans(plants=2, steps=60)
+    >>> small = {"runs": 1, "generations": 2, "neat": {"population": 6}}
+    >>> _ = tropism.evolve(model, task={"max_steps": 20}, evolution=small, trial_plants=2)
+    >>> report("evolution", out="report.html", figures="figures").figures()[0].suffix
+    '.svg'
     """
     return execute(ReportPlan(sources=sources, out=out, figures=figures, monitor=monitor, threads=threads))
 
@@ -1972,6 +2056,11 @@ def run(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> run({"task": {"max_steps": 2}}, out="run").steps
+    2
     """
     return execute(RunPlan(config=config, out=out, resume=resume, speed=speed, monitor=monitor, threads=threads))
 
@@ -2007,6 +2096,12 @@ def safe_state(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> safe_state("rig.toml")  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.MissingFileError: safe_state: rig.toml: cannot read
     """
     return execute(SafeStatePlan(rig=rig, dark=dark, monitor=monitor, threads=threads))
 
@@ -2046,8 +2141,9 @@ def score(
 
     Examples
     --------
-    >>> round(score(tropism.loop.grow("greedy", {"max_steps": 20})[0]).tracks[0].fitness, 1) < 15
-    True
+    >>> track, fitness = tropism.loop.grow("greedy", {"max_steps": 20})
+    >>> score(track).tracks[0].steps
+    20
     """
     return execute(ScorePlan(tracks=tracks, task=task, monitor=monitor, threads=threads))
 
@@ -2153,7 +2249,8 @@ def simulate(
 
     Examples
     --------
-    >>> simulate(tropism.Model.of_virtual_beans(plants=2, steps=60), task={"max_steps": 20}, episodes=2, out="s").episodes
+    >>> model = tropism.Model.of_virtual_beans(plants=2, steps=60)
+    >>> simulate(model, task={"max_steps": 20}, episodes=2, out="simulated.csv").episodes
     2
     """
     return execute(
@@ -2200,6 +2297,11 @@ def status(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> _ = tropism.run({"task": {"max_steps": 2}}, out="run")
+    >>> _ = status("run")
     """
     return execute(StatusPlan(folder=folder, monitor=monitor, threads=threads))
 
@@ -2235,6 +2337,12 @@ def stop(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> stop("nothing")  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.PlanError: stop: nothing: found no run.toml
     """
     return execute(StopPlan(folder=folder, wait_min=wait_min, monitor=monitor, threads=threads))
 
@@ -2277,6 +2385,11 @@ def study(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> study(tropism.quick_study(), out="study").is_virtual
+    True
     """
     return execute(
         StudyPlan(
@@ -2331,6 +2444,11 @@ def timelapse(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> _ = tropism.run({"task": {"max_steps": 3}}, out="run")
+    >>> _ = timelapse("run", "film.gif", width=216)
     """
     return execute(
         TimelapsePlan(
@@ -2423,6 +2541,15 @@ def track(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> import glob
+    >>> task = {"kind": "open_loop", "max_steps": 2}
+    >>> _ = tropism.grow(plants=1, task=task, out="photographed", photographs=True)
+    >>> photographs = sorted(glob.glob("photographed/*/photographs/*.jpg"))
+    >>> track(photographs, out="tracks").tracks[0].frames
+    3
     """
     return execute(
         TrackPlan(
@@ -2520,8 +2647,8 @@ def transfer(
 
     Examples
     --------
-    >>> plans = {"plants": 2, "task": {"max_steps": 20}}
-    >>> [row.name for row in transfer(["greedy", "periodic"], out="t", **plans).controllers]
+    >>> plants = {"plants": 2, "task": {"max_steps": 20}}
+    >>> [row.name for row in transfer(["greedy", "periodic"], out="transfer", **plants).controllers]
     ['greedy', 'periodic']
     """
     return execute(
@@ -2599,6 +2726,11 @@ def tune(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> model = tropism.Model.of_virtual_beans("stem", plants=2, steps=100)
+    >>> _ = tune(model, task={"max_steps": 20}, search={"generations": 1}, out="rule.json")
     """
     return execute(
         TunePlan(
