@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -19,6 +18,8 @@ from tropism import _core
 from tropism.errors import PlanError, WrongTypeError
 
 if TYPE_CHECKING:
+    import tempfile
+
     from tropism.models import Model
     from tropism.neat import Champion
 
@@ -251,6 +252,8 @@ class Edge:
 
     def _file(self, name: str, ending: str) -> str:
         if self._folder is None:
+            import tempfile
+
             self._folder = tempfile.TemporaryDirectory(prefix="tropism-")
         self._count += 1
         return os.path.join(self._folder.name, f"{name}-{self._count}{ending}")

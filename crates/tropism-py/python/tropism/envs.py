@@ -58,6 +58,7 @@ from typing import Any, ClassVar, Literal, TypeAlias, cast
 import gymnasium
 import numpy as np
 from gymnasium import spaces
+from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
@@ -750,7 +751,7 @@ class TentVector(_SideBySide):
         if seeds is None:
             self._next(places)
         else:
-            generators = [gymnasium.utils.seeding.np_random(own)[0] for own in seeds]
+            generators = [seeding.np_random(own)[0] for own in seeds]
             self._generators = self._generators or generators
             for place in places:
                 self._generators[place] = generators[place]

@@ -266,7 +266,7 @@ class Model:
 
     def _repr_html_(self) -> str:
         drawing = self._model.draw() if self.kind == "tip" else ""
-        return f"<p>{self!r}</p>{drawing}"
+        return f"<p>{self!r}</p><div style='max-width:56em'>{drawing}</div>"
 
     def __repr__(self) -> str:
         virtual = self.is_virtual

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import sys
 import time
 from typing import TextIO
@@ -74,6 +73,9 @@ class Progress(Monitor):
     PAUSE_S = 0.1
 
     def __init__(self, workflow: str = "", file: TextIO | None = None) -> None:
+        # Not by the package's own import, which is to be quick.
+        import logging
+
         self.file = file if file is not None else sys.stderr
         self.log = logging.getLogger(f"tropism.{workflow}" if workflow else "tropism")
         # IPython's streams are no terminals, and show a line that is drawn anew as terminals do.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Generic, Literal, TypeVar, cast
 
 from tropism import _core
@@ -17,7 +17,7 @@ from tropism.results import Results
 _R = TypeVar("_R", bound=Results)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Plan(Generic[_R]):
     """A plan of a workflow. Keys that are None are the workflow's own defaults, which `complete` shows.
 
@@ -36,8 +36,22 @@ class Plan(Generic[_R]):
     results: ClassVar[type[Results]] = Results
     #: How values of keys are converted: names of functions of `tropism.edge`.
     roles: ClassVar[Mapping[str, str]] = {}
-    monitor: Monitor | Literal[False] | None = field(default=None, repr=False, compare=False)
-    threads: int | None = field(default=None, repr=False, compare=False)
+    monitor: Monitor | Literal[False] | None = None
+    threads: int | None = None
+
+    # Methods of the base serve all plans: those that `dataclass` writes for each take most of the time of the import.
+    def _key(self) -> tuple[Any, ...]:
+        return tuple((name, value) for name, value in vars(self).items() if name not in ("monitor", "threads"))
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and isinstance(other, Plan) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(json.dumps(self.to_dict(), sort_keys=True))
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name}={value!r}" for name, value in self._key() if value is not None)
+        return f"{type(self).__name__}({values})"
 
     def _values(self, edge: Edge) -> dict[str, Any]:
         names = [field.name for field in fields(self) if field.name not in ("monitor", "threads")]

@@ -594,7 +594,7 @@ class TimelapseResults(Results):
     is_virtual: bool | None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class AcceptancePlan(Plan[AcceptanceResults]):
     """Compares virtual beans of a species with what is published on *Phaseolus vulgaris*."""
 
@@ -605,7 +605,7 @@ class AcceptancePlan(Plan[AcceptanceResults]):
     seed: int | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class BaselinePlan(Plan[BaselineResults]):
     """Evaluates random networks, each drawn as NEAT draws its initial population, on simulated plants of a model."""
 
@@ -621,7 +621,7 @@ class BaselinePlan(Plan[BaselineResults]):
     replace: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class CalibratePlan(Plan[CalibrateResults]):
     """Estimates the parameters of plants from their open-loop tracks."""
 
@@ -635,7 +635,7 @@ class CalibratePlan(Plan[CalibrateResults]):
     replace: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class CalibrateCameraPlan(Plan[CalibrateCameraResults]):
     """The photograph to calibrate from, and what gives its scale.
 
@@ -653,7 +653,7 @@ class CalibrateCameraPlan(Plan[CalibrateCameraResults]):
     replace: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class CheckPlan(Plan[CheckResults]):
     """The rig to check."""
 
@@ -671,7 +671,7 @@ class CheckPlan(Plan[CheckResults]):
     photographs: PathLike | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class DepthPlan(Plan[DepthResults]):
     """Two tracks to triangulate.
 
@@ -689,7 +689,7 @@ class DepthPlan(Plan[DepthResults]):
     replace: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class EvolvePlan(Plan[EvolveResults]):
     """Evolves controllers with NEAT on a tip-motion model, and chooses the one to use on real plants."""
 
@@ -706,7 +706,7 @@ class EvolvePlan(Plan[EvolveResults]):
     checkpoint_s: int | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class ExportPlan(Plan[ExportResults]):
     """The run to export."""
 
@@ -718,7 +718,7 @@ class ExportPlan(Plan[ExportResults]):
     keep_going: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class FitPlan(Plan[FitResults]):
     """Fits a model to tracks and writes it to a file."""
 
@@ -733,7 +733,7 @@ class FitPlan(Plan[FitResults]):
     replace: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class ForecastPlan(Plan[ForecastResults]):
     """Compares models by their forecasts of plants that were left out."""
 
@@ -756,7 +756,7 @@ class ForecastPlan(Plan[ForecastResults]):
     replace: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class GrowPlan(Plan[GrowResults]):
     """Grows virtual beans under a controller, and writes their tracks."""
 
@@ -780,7 +780,7 @@ class GrowPlan(Plan[GrowResults]):
     resume: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class GuidePlan(Plan[GuideResults]):
     """Photographs to make a guide of.
 
@@ -800,7 +800,7 @@ class GuidePlan(Plan[GuideResults]):
     vision: AnySettings | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class KinematicsPlan(Plan[KinematicsResults]):
     """NoiseStream how the typical plant of a species responds in the experiments of plant physiology."""
 
@@ -811,7 +811,7 @@ class KinematicsPlan(Plan[KinematicsResults]):
     out: PathLike | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class LaboratoriesPlan(Plan[LaboratoriesResults]):
     """Compares recipes over laboratories and worlds, in a folder that can be resumed."""
 
@@ -823,7 +823,7 @@ class LaboratoriesPlan(Plan[LaboratoriesResults]):
     resume: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class RecoveryPlan(Plan[RecoveryResults]):
     """Estimates the parameters of virtual plants, and compares them with the true ones."""
 
@@ -835,7 +835,7 @@ class RecoveryPlan(Plan[RecoveryResults]):
     seed: int | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class ReportPlan(Plan[ReportResults]):
     """Writes a report of folders and tracks."""
 
@@ -847,7 +847,7 @@ class ReportPlan(Plan[ReportResults]):
     figures: PathLike | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class RunPlan(Plan[RunResults]):
     """A run and where it is recorded."""
 
@@ -860,7 +860,7 @@ class RunPlan(Plan[RunResults]):
     speed: float | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class SafeStatePlan(Plan[SafeStateResults]):
     """The rig to switch off."""
 
@@ -871,7 +871,7 @@ class SafeStatePlan(Plan[SafeStateResults]):
     dark: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class ScorePlan(Plan[ScoreResults]):
     """Computes the fitness of tracks, and the distance of the tip to each target."""
 
@@ -882,7 +882,7 @@ class ScorePlan(Plan[ScoreResults]):
     task: AnyTask | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class ShowPlan(Plan[ShowResults]):
     """Shows a champion."""
 
@@ -896,7 +896,7 @@ class ShowPlan(Plan[ShowResults]):
     task: AnyTask | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class SimulatePlan(Plan[SimulateResults]):
     """Simulates plants that a controller steers, and writes the track of the first one."""
 
@@ -912,7 +912,7 @@ class SimulatePlan(Plan[SimulateResults]):
     replace: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class StatusPlan(Plan[StatusResults]):
     """The work to look at."""
 
@@ -922,7 +922,7 @@ class StatusPlan(Plan[StatusResults]):
     folder: PathLike | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class StopPlan(Plan[StopResults]):
     """The run or evolution to end."""
 
@@ -933,7 +933,7 @@ class StopPlan(Plan[StopResults]):
     wait_min: float | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class StudyPlan(Plan[StudyResults]):
     """Repeats the paper on virtual plants."""
 
@@ -946,7 +946,7 @@ class StudyPlan(Plan[StudyResults]):
     keep_photographs: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class SweepPlan(Plan[SweepResults]):
     """Executes all units of a sweep, and summarizes them."""
 
@@ -959,7 +959,7 @@ class SweepPlan(Plan[SweepResults]):
     config: AnySettings | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class UnitPlan(Plan[UnitResults]):
     """Executes one unit of a sweep alone: beside others, also on other machines that share the folder, and in any
     order.
@@ -974,7 +974,7 @@ class UnitPlan(Plan[UnitResults]):
     unit: int | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class TimelapsePlan(Plan[TimelapseResults]):
     """The film to make."""
 
@@ -990,7 +990,7 @@ class TimelapsePlan(Plan[TimelapseResults]):
     plain: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class TrackPlan(Plan[TrackResults]):
     """Photographs to track, and how.
 
@@ -1024,7 +1024,7 @@ class TrackPlan(Plan[TrackResults]):
     replace: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class TransferPlan(Plan[TransferResults]):
     """Lets each of several controllers steer the same unseen virtual plants."""
 
@@ -1053,7 +1053,7 @@ class TransferPlan(Plan[TransferResults]):
     out: PathLike | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class TunePlan(Plan[TuneResults]):
     """Tunes the nine numbers of a rule on simulated plants of a model, and writes the rule to a file."""
 

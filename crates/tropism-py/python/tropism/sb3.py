@@ -28,7 +28,7 @@ except ImportError as error:
 __all__ = ["PlantVecEnv", "make_vec_env"]
 
 
-class PlantVecEnv(VecEnv):
+class PlantVecEnv(VecEnv):  # type: ignore[misc,unused-ignore]
     """A vector environment of tropism as the `VecEnv` of Stable-Baselines3.
 
     Episodes begin anew in the step that ends them. `infos` of that step hold `terminal_observation`, `TimeLimit.truncated`, and

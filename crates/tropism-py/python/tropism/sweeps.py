@@ -15,7 +15,6 @@ from tropism.monitor import Monitor
 from tropism.plan import execute
 from tropism.plans import SweepPlan
 from tropism.results import SweepResults
-from tropism.storage import execute_at, is_address
 
 
 def sweep(
@@ -61,6 +60,8 @@ def sweep(
     if resume is not None:
         chosen = replace(chosen, resume=resume)
     if engine == "local":
+        from tropism.storage import execute_at, is_address
+
         return execute_at(chosen, storage_options) if is_address(chosen.out) else execute(chosen)
     if engine != "ray":
         raise PlanError(f"found engine {engine!r}, wanted local or ray")

@@ -447,7 +447,8 @@ class Track:
         ax = ax if ax is not None else pyplot.subplots()[1]
         tips, lights = self.tips, np.asarray(self.lights)
         ax.plot(tips[:, 0], tips[:, 1], color="0.8", linewidth=1, zorder=1)
-        for name in (name for name in [*self.lamps, "dark"] if (lights == name).any()):
+        # Nothing is lit in the last row.
+        for name in (name for name in [*self.lamps, "dark"] if (lights[:-1] == name).any()):
             chosen = tips[lights == name]
             ax.scatter(chosen[:, 0], chosen[:, 1], s=6, label=name, zorder=2)
         goals = np.array([goal[:2] for goal in targets])
@@ -459,7 +460,8 @@ class Track:
 
     def _repr_html_(self) -> str:
         is_virtual = "simulated" in self.columns()["quality"]
-        return f"<p>{self!r}</p>{_core.draw_tracks([self._track], is_virtual)}"
+        drawing = _core.draw_tracks([self._track], is_virtual)
+        return f"<p>{self!r}</p><div style='max-width:28em'>{drawing}</div>"
 
     @overload
     def __getitem__(self, key: int) -> Row: ...
