@@ -91,7 +91,7 @@ impl TomlError {
     }
 }
 
-/// The most characters of a line that are told of it: a longer one is hardly a setting, but another kind of file.
+/// The most characters of a line that are printed of it: a longer one is hardly a setting, but another kind of file.
 const MOST_OF_LINE: usize = 200;
 
 /// A line, or its begin and an ellipsis.
@@ -127,7 +127,7 @@ pub fn free_bytes(path: &Path) -> std::io::Result<u64> {
 /// Always, on a system that does not tell.
 #[cfg(not(unix))]
 pub fn free_bytes(_path: &Path) -> std::io::Result<u64> {
-    let wanted = "wanted a system that tells how much is free";
+    let wanted = "wanted a system that reports free space";
     Err(std::io::Error::new(std::io::ErrorKind::Unsupported, wanted))
 }
 
@@ -231,11 +231,11 @@ pub(crate) fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result
     toml::from_str(text).map_err(|error| parse(path)(TomlError::new(text, error)))
 }
 
-/// The most faults of one file that are told at once.
+/// The most faults of one file that are reported at once.
 const MOST_FAULTS: usize = 20;
 
 /// Everything that [`read_toml`] finds wrong in the text of the TOML file at `path`: each line or table that is refused is left
-/// out in turn, and the rest is read again. What is missing is told only if nothing else is wrong.
+/// out in turn, and the rest is read again. What is missing is reported only if nothing else is wrong.
 pub(crate) fn toml_faults<T: DeserializeOwned>(path: &Path, text: &str) -> Vec<FileError> {
     let mut rest = text.to_owned();
     let mut faults = Vec::new();

@@ -49,8 +49,12 @@ def main():
     name = sys.argv[2] if len(sys.argv) > 2 else "tropism/bean-mixed-v0"
     data = record(episodes, name)
     returns = [float(episode.rewards.sum()) for episode in data.iterate_episodes()]
-    means = ", ".join(f"{kind} {np.mean(returns[place::3]):.2f}" for place, kind in enumerate(("greedy", "periodic", "random")))
-    print(f"{name}: {data.total_episodes} episodes, {data.total_steps} steps (virtual beans); mean return in cm: {means}")
+    means = ", ".join(
+        f"{kind} {np.mean(returns[place::3]):.2f}" for place, kind in enumerate(("greedy", "periodic", "random"))
+    )
+    print(
+        f"{name}: {data.total_episodes} episodes, {data.total_steps} steps (virtual beans); mean return in cm: {means}"
+    )
 
 
 if __name__ == "__main__":

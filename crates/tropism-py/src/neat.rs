@@ -114,6 +114,14 @@ fn array_of<'py>(values: &Bound<'py, PyAny>, what: &str) -> PyResult<PyReadonlyA
     Ok(array)
 }
 
+/// A shape as Python writes it: (50, 2).
+fn tuple_of(shape: &[usize]) -> String {
+    match shape {
+        [one] => format!("({one},)"),
+        many => format!("({})", many.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
+    }
+}
+
 /// Numbers from a list, a tuple or a one-dimensional array of float64, which is not copied twice.
 fn with_numbers<T>(values: &Bound<'_, PyAny>, use_them: impl FnOnce(&[f64]) -> PyResult<T>) -> PyResult<T> {
     if values.is_exact_instance_of::<PyList>() || values.is_exact_instance_of::<PyTuple>() {
@@ -129,8 +137,8 @@ fn with_numbers<T>(values: &Bound<'_, PyAny>, use_them: impl FnOnce(&[f64]) -> P
     let array = array_of(values, "numbers")?;
     if array.ndim() != 1 {
         return Err(refused(format!(
-            "found an array of shape {:?}, wanted one row of numbers",
-            array.shape()
+            "found an array of shape {}, wanted one row of numbers",
+            tuple_of(array.shape())
         )));
     }
     use_them(&array.as_array().iter().copied().collect::<Vec<f64>>())
@@ -315,7 +323,7 @@ impl Networks {
             &[networks, _, width] if width == self.inputs && networks == count => false,
             shape => {
                 let wanted = format!("(rows, {}) or ({count}, rows, {})", self.inputs, self.inputs);
-                return Err(refused(format!("found inputs of shape {shape:?}, wanted {wanted}")));
+                return Err(refused(format!("found inputs of shape {}, wanted {wanted}", tuple_of(shape))));
             }
         };
         let rows = inputs.shape()[inputs.ndim() - 2];
@@ -359,7 +367,10 @@ impl Networks {
         let inputs = inputs.as_array();
         if inputs.shape() != [self.networks.len(), self.inputs] {
             let wanted = (self.networks.len(), self.inputs);
-            return Err(refused(format!("found inputs of shape {:?}, wanted {wanted:?}", inputs.shape())));
+            return Err(refused(format!(
+                "found inputs of shape {}, wanted {wanted:?}",
+                tuple_of(inputs.shape())
+            )));
         }
         let mut outputs = Array2::zeros((self.networks.len(), self.outputs));
         py.detach(|| {
@@ -488,10 +499,8 @@ impl Novelty {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let behaviours = array_of(behaviours, "behaviours")?;
         if behaviours.ndim() != 2 {
-            let shape = behaviours.shape();
-            return Err(refused(format!(
-                "found behaviours of shape {shape:?}, wanted (individuals, numbers)"
-            )));
+            let shape = tuple_of(behaviours.shape());
+            return Err(refused(format!("found behaviours of shape {shape}, wanted (individuals, numbers)")));
         }
         let rows: Vec<Vec<f64>> =
             behaviours.as_array().outer_iter().map(|row| row.iter().copied().collect()).collect();

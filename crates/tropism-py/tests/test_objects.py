@@ -156,7 +156,7 @@ def test_networks_take_what_numpy_makes_an_array_of() -> None:
         networks.run([[0.0, np.nan]])
     with pytest.raises(TypeError, match="inputs: found list, wanted numbers"):
         networks.run([["a", "b"]])
-    with pytest.raises(ValueError, match=r"shape \[1, 3\]"):
+    with pytest.raises(ValueError, match=r"shape \(1, 3\)"):
         networks.run([[1, 2, 3]])
     assert "<svg" in genome._repr_svg_() and "links" in repr(network)
 
@@ -188,7 +188,7 @@ def test_errors_are_those_of_python(call: Any, kind: type[Exception], message: s
 
 
 def test_nothing_long_begins_without_its_main_argument() -> None:
-    for name in ("study", "evolve", "laboratories", "tune", "run", "transfer", "forecast", "sweep"):
+    for name in ("study", "evolve", "replicates", "tune", "run", "transfer", "forecast", "sweep"):
         with pytest.raises(TypeError, match="missing 1 required positional argument"):
             getattr(tropism, name)()
 

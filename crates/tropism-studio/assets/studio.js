@@ -80,7 +80,7 @@ const ICONS = {
   left: '<path d="M20 12H4l6-6M4 12l6 6"/>',
   right: '<path d="M4 12h16l-6-6M20 12l-6 6"/>',
 };
-const SAME = { sweep: "study", laboratories: "transfer", rule: "pen" };
+const SAME = { sweep: "study", replicates: "transfer", rule: "pen" };
 
 /** @param {string} name */
 export const icon = (name) => {

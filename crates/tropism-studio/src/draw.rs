@@ -32,7 +32,7 @@ const TRACKS: &str = "virtual-bean";
 /// The model of them that is made then; and the model of their whole stems, for rules and tasks with obstacles.
 const MODELS: [&str; 2] = ["virtual-bean.json", "virtual-stem.json"];
 
-/// What virtual common beans reach, as the page is told.
+/// What virtual common beans reach, as the page shows it.
 #[derive(Debug, Serialize)]
 pub(crate) struct ToldReach {
     is_virtual: bool,
@@ -70,7 +70,7 @@ pub(crate) struct TryPlan {
     /// With [`Who::You`], a letter `l` or `r` for each step so far.
     #[serde(default)]
     pub(crate) lights: String,
-    /// The first step that is told.
+    /// The first step that is sent.
     #[serde(default)]
     pub(crate) from: usize,
 }

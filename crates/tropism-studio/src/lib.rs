@@ -112,7 +112,7 @@ impl Studio {
     }
 }
 
-/// What is told when a studio begins to serve.
+/// What is printed when a studio begins to serve.
 #[derive(Clone, Debug)]
 pub struct Welcome {
     /// Address of the first page.

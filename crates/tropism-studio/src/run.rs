@@ -161,13 +161,13 @@ impl RunReader {
             steps[rows.len()..].iter().map(|step| row(step, calibration.as_ref()).to_string().into()),
         );
         let same_events = if same > 0 { events_before } else { 0 };
-        let mut told = before.map(|before| known(&before.events, same_events)).unwrap_or_default();
-        told.extend(events[told.len()..].iter().map(|event| event_row(event).to_string().into()));
+        let mut printed = before.map(|before| known(&before.events, same_events)).unwrap_or_default();
+        printed.extend(events[printed.len()..].iter().map(|event| event_row(event).to_string().into()));
         Some(RunView {
             version: before.map_or(1, |before| before.version + 1),
             rows,
             settled,
-            events: told,
+            events: printed,
             status: status_json(folder, config, steps, &status).to_string(),
         })
     }
@@ -178,7 +178,7 @@ fn rounded(value: f64, digits: i32) -> f64 {
     (value * factor).round() / factor
 }
 
-/// Step, hours, tip in cm, length of the stem, lamp, whether it confirmed, whether the tip was held, what the photograph
+/// Step, hours, tip in cm, length of the stem, lamp, whether it confirmed, whether the tip was carried forward, what the photograph
 /// shows, confidence, time, photograph, and the tip in the photograph.
 fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value {
     let seen = step.seen.observation.as_ref();
@@ -192,7 +192,7 @@ fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value {
         number(seen.and_then(|seen| Some(seen.stem.as_ref()?.length())), 2),
         step.decided.map(|light| light.to_string()),
         u8::from(step.is_confirmed),
-        u8::from(seen.is_none_or(|seen| seen.quality == Quality::Held)),
+        u8::from(seen.is_none_or(|seen| seen.quality == Quality::CarriedForward)),
         step.seen.status.name(),
         rounded(step.seen.confidence, 2),
         number(step.begun.map(|begun| begun.unix_s), 0),
@@ -233,8 +233,8 @@ fn status_json(folder: &Path, config: &RunConfig, steps: &[StepRecord], status: 
         "photo_unix": photo_unix,
         "next_unix": next.map(|(photo, period)| rounded(photo + period, 1)),
         "period_s": period_s,
-        "held": status.held,
-        "held_now": status.held_now,
+        "carried_forward": status.carried_forward,
+        "carried_forward_now": status.carried_forward_now,
         "unconfirmed": status.unconfirmed,
         "bytes": status.photographs_bytes,
         // To the gigabyte and the day: they are not news.

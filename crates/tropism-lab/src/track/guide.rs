@@ -168,7 +168,7 @@ impl GuidePlan {
         let annotations: Vec<Annotation<'_>> = plants
             .iter()
             .zip(&detections)
-            .map(|(plant, (sighting, seen))| Annotation { plant, sighting: sighting.as_ref(), seen })
+            .map(|(plant, (detection, seen))| Annotation { plant, detection: detection.as_ref(), seen })
             .collect();
         annotate(&image, &annotations, lamp_state(&image, None))
     }

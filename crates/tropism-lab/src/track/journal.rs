@@ -53,7 +53,7 @@ impl FrameDetections {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct PlantDetection {
     pub(super) class: FrameStatus,
-    pub(super) sighting: Option<Detection>,
+    pub(super) detected: Option<Detection>,
 }
 
 impl PlantDetection {
@@ -62,19 +62,19 @@ impl PlantDetection {
         let rounded = |value: f64| (value * 1e3).round() / 1e3;
         let round = |pixel: Pixel| Pixel::new(rounded(pixel.x), rounded(pixel.y));
         match detected {
-            Err(class) => Self { class, sighting: None },
-            Ok(mut sighting) => {
-                sighting.tip = round(sighting.tip);
-                sighting.apex = sighting.apex.map(round);
-                sighting.stem = sighting.stem.map(|stem| stem.into_iter().map(round).collect());
-                Self { class: FrameStatus::Ok, sighting: Some(sighting) }
+            Err(class) => Self { class, detected: None },
+            Ok(mut detected) => {
+                detected.tip = round(detected.tip);
+                detected.apex = detected.apex.map(round);
+                detected.stem = detected.stem.map(|stem| stem.into_iter().map(round).collect());
+                Self { class: FrameStatus::Ok, detected: Some(detected) }
             }
         }
     }
 
     /// The detection, or the reason why there is none.
     pub(super) fn result(&self) -> Result<Detection, FrameStatus> {
-        self.sighting.clone().ok_or(self.class)
+        self.detected.clone().ok_or(self.class)
     }
 }
 
@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     fn detections(frame: &str) -> FrameDetections {
-        let sighting = Detection {
+        let detected = Detection {
             tip: Pixel::new(1.0 / 3.0, 2.0),
             apex: Some(Pixel::new(0.1, 0.2)),
             stem: Some(vec![Pixel::new(5.0, 6.123_456)]),
@@ -184,7 +184,7 @@ mod tests {
             sha256: format!("of {frame}"),
             light: Some(Light::LEFT),
             problem: None,
-            plants: vec![PlantDetection::new(Ok(sighting)), PlantDetection::new(Err(FrameStatus::NoPlant))],
+            plants: vec![PlantDetection::new(Ok(detected)), PlantDetection::new(Err(FrameStatus::NoPlant))],
         }
     }
 

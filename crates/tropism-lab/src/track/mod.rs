@@ -14,7 +14,7 @@ mod overlays;
 mod light;
 mod journal;
 mod table;
-mod doubt;
+mod warning;
 mod provenance;
 mod plan;
 mod locate;
@@ -24,7 +24,6 @@ mod results;
 mod guide;
 
 pub use columns::point_at;
-pub use doubt::{Doubt, DoubtKind, doubts_of};
 pub use guide::{GuidePlan, GuideResults};
 pub use light::LightSource;
 pub use plan::TrackPlan;
@@ -33,6 +32,7 @@ pub use provenance::is_virtual;
 pub use results::{PlantTrack, TrackResults, TrackSettings};
 pub use series::{SeriesSummary, TimeSource};
 pub use table::{CameraMotion, TrackCounts};
+pub use warning::{TrackWarning, WarningKind, warnings_of};
 
 use self::pipeline::Pipeline;
 use self::plan::check_minutes;

@@ -192,7 +192,7 @@ class Observation:
         """Points of the stem from the base up, x, y and z in cm: (points, 3); None where they are not known in space."""
     @property
     def quality(self) -> str:
-        """measured, held or simulated."""
+        """measured, carried_forward or simulated."""
 
 @final
 class Noise:

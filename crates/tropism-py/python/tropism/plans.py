@@ -58,23 +58,24 @@ __all__ = [
     "GuideResults",
     "KinematicsPlan",
     "KinematicsResults",
-    "LaboratoriesPlan",
-    "LaboratoriesResults",
-    "LaboratoryResults",
     "LeftOut",
     "Lens",
     "MeanAndInterval",
     "MeasuredQuantity",
+    "MethodResults",
     "ParameterEstimate",
     "ParameterRecovery",
     "PlantEstimates",
-    "RecipeResults",
     "RecoveryPlan",
     "RecoveryResults",
+    "ReplicateResults",
+    "ReplicatesPlan",
+    "ReplicatesResults",
     "ReportPlan",
     "RunPlan",
     "SafeStatePlan",
     "SafeStateResults",
+    "ScenarioResults",
     "ScorePlan",
     "ShowPlan",
     "SimulatePlan",
@@ -92,7 +93,6 @@ __all__ = [
     "UnitFindings",
     "UnitPlan",
     "UnitResults",
-    "WorldResults",
     "acceptance",
     "baseline",
     "calibrate",
@@ -106,8 +106,8 @@ __all__ = [
     "grow",
     "guide",
     "kinematics",
-    "laboratories",
     "recovery",
+    "replicates",
     "report",
     "run",
     "safe_state",
@@ -357,117 +357,6 @@ class KinematicsResults(Results):
     _kinds = {"measured": MeasuredQuantity}
 
 
-class MeanAndInterval(Results):
-    """A mean with its 95 % interval, by bootstrap over laboratories and plants."""
-
-    #: Mean, in cm.
-    mean: float
-    #: Ends of the interval, in cm.
-    interval: list[float]
-
-
-class LaboratoryResults(Results):
-    """The controller of one laboratory."""
-
-    #: Fitness that the laboratory predicted.
-    expected: float | None
-    #: Mean fitness on the judging plants.
-    mean: float
-    #: 95 % interval of the mean, by bootstrap over the plants.
-    interval: list[float]
-    #: Share of plants with a fitness under 6 cm.
-    under_6: float
-    #: Share of plants on which the whole task was done.
-    done: Share | None
-    _kinds = {"done": Share}
-
-
-class RecipeResults(Results):
-    """A recipe in one world."""
-
-    #: Its name.
-    name: str
-    #: Fitness over laboratories and plants.
-    fitness: MeanAndInterval
-    #: Fitness minus that of the greedy rule on the same plants.
-    over_chase: MeanAndInterval
-    #: Fitness minus that of the bound on the same plants.
-    over_bound: MeanAndInterval | None
-    #: Fitness minus that of the first recipe of the same laboratory on the same plants; `None` for the first.
-    over_first: MeanAndInterval | None
-    #: Share of plants with a fitness under 6 cm.
-    under_6: float
-    #: Share of plants on which the whole task was done, as a mean over laboratories.
-    done: float | None
-    #: Median distance at the crossing of each target's height, in cm, as a mean over laboratories; `None` if no plant
-    #: of one reached it.
-    target_medians_cm: list[float | None]
-    #: Fitness minus what the laboratory predicted, as a mean over laboratories; `None` where none is predicted.
-    over_expected: float | None
-    #: The greatest error of a prediction.
-    worst_prediction: float | None
-    #: Processor time of a laboratory after its tracks, in s, as a mean.
-    cpu_seconds: float
-    #: One entry a laboratory.
-    laboratories: list[LaboratoryResults]
-    _kinds = {
-        "fitness": MeanAndInterval,
-        "over_chase": MeanAndInterval,
-        "over_bound": MeanAndInterval,
-        "over_first": MeanAndInterval,
-        "laboratories": LaboratoryResults,
-    }
-
-
-class WorldResults(Results):
-    """All controllers of one world."""
-
-    #: Its name.
-    name: str
-    #: Species of the plants.
-    species: str
-    #: Individual variation of the plants as a multiple of that of the species.
-    scale: float
-    #: Its task in a few words.
-    task: str
-    #: Plants that judge the controllers.
-    judging_plants: int
-    #: Whether the judged tip is measured in photographs.
-    photographs: bool
-    #: Greatest possible fitness.
-    best_possible: float | None
-    #: The dormant control: the left lamp stays lit.
-    constant: BaselineResults
-    #: The greedy rule.
-    chase: BaselineResults
-    #: The rule that was tuned on virtual plants themselves.
-    bound: BaselineResults | None
-    #: One entry a recipe; none where the rules by hand alone are judged.
-    recipes: list[RecipeResults]
-    _kinds = {"constant": BaselineResults, "chase": BaselineResults, "bound": BaselineResults, "recipes": RecipeResults}
-
-
-class LaboratoriesResults(Results):
-    """The comparison of recipes.
-
-    Fitness is in cm; in turns where a stem is to wind round a pole.
-    """
-
-    #: `tropism.laboratories/1`.
-    schema: str
-    #: Version of the software.
-    version: str
-    #: Always true.
-    is_virtual: bool
-    #: Number of laboratories; 0 where the study has no recipes.
-    laboratories: int
-    #: Plants that judge the controllers of a world which names no other number.
-    judging_plants: int
-    #: One entry a world.
-    worlds: list[WorldResults]
-    _kinds = {"worlds": WorldResults}
-
-
 class ParameterRecovery(Results):
     """How well one parameter is recovered, over all virtual plants."""
 
@@ -490,6 +379,122 @@ class RecoveryResults(Rows):
     _kinds = {"rows": ParameterRecovery}
 
 
+class MeanAndInterval(Results):
+    """A mean with its 95 % interval, by bootstrap over replicates and plants."""
+
+    #: Mean, in cm.
+    mean: float
+    #: Ends of the interval, in cm.
+    interval: list[float]
+
+
+class ReplicateResults(Results):
+    """The controller of one replicate."""
+
+    #: Fitness that the replicate predicted.
+    expected: float | None
+    #: Mean fitness on the test plants.
+    mean: float
+    #: 95 % interval of the mean, by bootstrap over the plants.
+    interval: list[float]
+    #: Share of plants with a fitness under 6 cm.
+    under_6: float
+    #: Share of plants on which the whole task was done.
+    done: Share | None
+    _kinds = {"done": Share}
+
+
+class MethodResults(Results):
+    """A method in one scenario."""
+
+    #: Its name.
+    name: str
+    #: Fitness over replicates and plants.
+    fitness: MeanAndInterval
+    #: Fitness minus that of the greedy rule on the same plants.
+    over_greedy: MeanAndInterval
+    #: Fitness minus that of the reference controller on the same plants.
+    over_reference: MeanAndInterval | None
+    #: Fitness minus that of the first method of the same replicate on the same plants; `None` for the first.
+    over_first: MeanAndInterval | None
+    #: Share of plants with a fitness under 6 cm.
+    under_6: float
+    #: Share of plants on which the whole task was done, as a mean over replicates.
+    done: float | None
+    #: Median distance at the crossing of each target's height, in cm, as a mean over replicates; `None` if no plant of
+    #: one reached it.
+    target_medians_cm: list[float | None]
+    #: Fitness minus what the replicate predicted, as a mean over replicates; `None` where none is predicted.
+    over_expected: float | None
+    #: The greatest error of a prediction.
+    worst_prediction: float | None
+    #: Processor time of a replicate after its tracks, in s, as a mean.
+    cpu_seconds: float
+    #: One entry a replicate.
+    replicates: list[ReplicateResults]
+    _kinds = {
+        "fitness": MeanAndInterval,
+        "over_greedy": MeanAndInterval,
+        "over_reference": MeanAndInterval,
+        "over_first": MeanAndInterval,
+        "replicates": ReplicateResults,
+    }
+
+
+class ScenarioResults(Results):
+    """All controllers of one scenario."""
+
+    #: Its name.
+    name: str
+    #: Species of the plants.
+    species: str
+    #: Individual variation of the plants as a multiple of that of the species.
+    scale: float
+    #: Its task in a few words.
+    task: str
+    #: Plants that judge the controllers.
+    test_plants: int
+    #: Whether the judged tip is measured in photographs.
+    photographs: bool
+    #: Greatest possible fitness.
+    best_possible: float | None
+    #: The dormant control: the left lamp stays lit.
+    constant: BaselineResults
+    #: The greedy rule.
+    greedy: BaselineResults
+    #: The rule that was tuned on virtual plants themselves.
+    reference: BaselineResults | None
+    #: One entry a method; none where the rules by hand alone are judged.
+    methods: list[MethodResults]
+    _kinds = {
+        "constant": BaselineResults,
+        "greedy": BaselineResults,
+        "reference": BaselineResults,
+        "methods": MethodResults,
+    }
+
+
+class ReplicatesResults(Results):
+    """The comparison of methods.
+
+    Fitness is in cm; in turns where a stem is to wind round a pole.
+    """
+
+    #: `tropism.replicates/1`.
+    schema: str
+    #: Version of the software.
+    version: str
+    #: Always true.
+    is_virtual: bool
+    #: Number of replicates; 0 where the study has no methods.
+    replicates: int
+    #: Plants that judge the controllers of a scenario which names no other number.
+    test_plants: int
+    #: One entry a scenario.
+    scenarios: list[ScenarioResults]
+    _kinds = {"scenarios": ScenarioResults}
+
+
 class DeviceResult(Results):
     """What one device answered."""
 
@@ -510,7 +515,7 @@ class SafeStateResults(Results):
     is_virtual: bool
     #: Whether the lamps were left as they are.
     is_kept: bool
-    #: Each device that was told.
+    #: Each device that was printed.
     devices: list[DeviceResult]
     _kinds = {"devices": DeviceResult}
 
@@ -535,9 +540,9 @@ class StopResults(Results):
 class UnitFindings(Results):
     """What one unit of work found of one kind."""
 
-    #: World and recipe of laboratories, such as `common-bean/rule`; empty for an evolution.
+    #: Scenario and method of replicates, such as `common-bean/rule`; empty for an evolution.
     case: str
-    #: Of an evolution the best fitness of each run; of a recipe its mean fitness over laboratories and plants.
+    #: Of an evolution the best fitness of each run; of a method its mean fitness over replicates and plants.
     fitness: list[float]
     #: Of an evolution the mean fitness of each run's champion on unseen plants of the model.
     mean_in_model: list[float]
@@ -566,7 +571,7 @@ class UnitResults(Results):
     seed: int
     #: Whether the plants were virtual, or a model of such.
     is_virtual: bool
-    #: What it found: one entry for an evolution, one for each recipe in each world for laboratories.
+    #: What it found: one entry for an evolution, one for each method in each scenario for replicates.
     found: list[UnitFindings]
     #: SHA-256 of the files that hold it, in hexadecimal.
     sha256: Mapping[str, Any]
@@ -812,18 +817,6 @@ class KinematicsPlan(Plan[KinematicsResults]):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class LaboratoriesPlan(Plan[LaboratoriesResults]):
-    """Compares recipes over laboratories and worlds, in a folder that can be resumed."""
-
-    workflow: ClassVar[str] = "laboratories"
-    results = LaboratoriesResults
-    roles: ClassVar[Mapping[str, str]] = {"config": "settings", "out": "path"}
-    config: AnySettings | None = None
-    out: PathLike | None = None
-    resume: bool | None = None
-
-
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class RecoveryPlan(Plan[RecoveryResults]):
     """Estimates the parameters of virtual plants, and compares them with the true ones."""
 
@@ -833,6 +826,18 @@ class RecoveryPlan(Plan[RecoveryResults]):
     plants: int | None = None
     species: AnySettings | None = None
     seed: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class ReplicatesPlan(Plan[ReplicatesResults]):
+    """Compares methods over replicates and scenarios, in a folder that can be resumed."""
+
+    workflow: ClassVar[str] = "replicates"
+    results = ReplicatesResults
+    roles: ClassVar[Mapping[str, str]] = {"config": "settings", "out": "path"}
+    config: AnySettings | None = None
+    out: PathLike | None = None
+    resume: bool | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -1046,8 +1051,8 @@ class TransferPlan(Plan[TransferResults]):
     period_min: float | None = None
     photographs: bool | None = None
     model: AnyModel | None = None
-    ceiling: bool | None = None
-    bound: str | None = None
+    optimum: bool | None = None
+    reference: str | None = None
     seed: int | None = None
     resume: bool | None = None
     out: PathLike | None = None
@@ -1055,7 +1060,7 @@ class TransferPlan(Plan[TransferResults]):
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class TunePlan(Plan[TuneResults]):
-    """Tunes the nine numbers of a rule on simulated plants of a model, and writes the rule to a file."""
+    """Tunes the nine parameters of a rule on simulated plants of a model, and writes the rule to a file."""
 
     workflow: ClassVar[str] = "tune"
     results = TuneResults
@@ -1572,7 +1577,7 @@ def fit(
     model : AnySettings, default None: the paper's
         Window, growth and grid of a tip-motion model. The others have no such settings.
     anyway : bool, default False
-        Whether to take doubtful tracks too, of which `doubts_of` tells what speaks against them.
+        Whether to take uncertain tracks too, of which `warnings_of` lists the reasons.
     out : PathLike, default "model.json"
         File for the model.
     replace : bool, default False
@@ -1634,7 +1639,7 @@ def forecast(
     Parameters
     ----------
     models : AnyModel | Sequence[AnyModel]
-        Model files. Those of one file name are one model of several laboratories.
+        Model files. Those of one file name are one model of several replicates.
     tracks : AnyTrack | Sequence[AnyTrack], default []
         Tracks of plants that were left out: track files (CSV), and folders of runs or of track files. Without
         any, virtual beans are grown, under two kinds of light.
@@ -1885,50 +1890,6 @@ def kinematics(
     return execute(KinematicsPlan(species=species, out=out, monitor=monitor, threads=threads))
 
 
-def laboratories(
-    config: AnySettings,
-    *,
-    out: PathLike = "laboratories",
-    resume: bool = False,
-    monitor: Monitor | Literal[False] | None = None,
-    threads: int | None = None,
-) -> LaboratoriesResults:
-    """Compares recipes over laboratories and worlds, in a folder that can be resumed.
-
-    Parameters
-    ----------
-    config : AnySettings
-        Everything that decides the results.
-    out : PathLike, default "laboratories"
-        Folder for tracks, models, controllers and results.
-    resume : bool, default False
-        Whether to continue in `out`.
-    monitor : Monitor or False, default None
-        What hears of the work: None shows progress on stderr, False shows nothing.
-    threads : int, default None
-        Number of threads; None is one a core. Results do not depend on it.
-
-    Returns
-    -------
-    LaboratoriesResults
-        What the command `tropism laboratories` prints with --json.
-
-    Raises
-    ------
-    PlanError
-        If the plan cannot be executed; the text names the key.
-    TropismError
-        If the work fails.
-
-    Examples
-    --------
-    >>> laboratories({"nonsense": 1})  # doctest: +IGNORE_EXCEPTION_DETAIL
-    Traceback (most recent call last):
-    tropism.errors.PlanError: laboratories: config.nonsense: unknown key
-    """
-    return execute(LaboratoriesPlan(config=config, out=out, resume=resume, monitor=monitor, threads=threads))
-
-
 def recovery(
     *,
     plants: int = 50,
@@ -1971,6 +1932,50 @@ def recovery(
     return execute(RecoveryPlan(plants=plants, species=species, seed=seed, monitor=monitor, threads=threads))
 
 
+def replicates(
+    config: AnySettings,
+    *,
+    out: PathLike = "replicates",
+    resume: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> ReplicatesResults:
+    """Compares methods over replicates and scenarios, in a folder that can be resumed.
+
+    Parameters
+    ----------
+    config : AnySettings
+        Everything that decides the results.
+    out : PathLike, default "replicates"
+        Folder for tracks, models, controllers and results.
+    resume : bool, default False
+        Whether to continue in `out`.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    ReplicatesResults
+        What the command `tropism replicates` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> replicates({"nonsense": 1})  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.PlanError: replicates: config.nonsense: unknown key
+    """
+    return execute(ReplicatesPlan(config=config, out=out, resume=resume, monitor=monitor, threads=threads))
+
+
 def report(
     sources: PathLike | Sequence[PathLike],
     *,
@@ -1984,8 +1989,8 @@ def report(
     Parameters
     ----------
     sources : PathLike | Sequence[PathLike]
-        Folders of runs, evolutions, studies, transfers and laboratories and track files, or the folder of one
-        study or of one sweep.
+        Folders of runs, evolutions, studies, transfers and replicates and track files, or the folder of one study
+        or of one sweep.
     out : PathLike, default "report.html"
         HTML file of the report.
     figures : PathLike, default None
@@ -2279,7 +2284,7 @@ def status(
     Parameters
     ----------
     folder : PathLike
-        Folder of a run, an evolution, a study, a sweep, or a comparison of controllers or recipes; or the file of
+        Folder of a run, an evolution, a study, a sweep, or a comparison of controllers or methods; or the file of
         a rule.
     monitor : Monitor or False, default None
         What hears of the work: None shows progress on stderr, False shows nothing.
@@ -2585,8 +2590,8 @@ def transfer(
     period_min: float = 5.0,
     photographs: bool = False,
     model: AnyModel | None = None,
-    ceiling: bool = False,
-    bound: str | None = None,
+    optimum: bool = False,
+    reference: str | None = None,
     seed: int = 1,
     resume: bool = False,
     out: PathLike = "transfer",
@@ -2618,9 +2623,9 @@ def transfer(
     model : AnyModel, default None
         File of the tip-motion model on which the controllers were made: misses where it has no data are then told
         apart.
-    ceiling : bool, default False
+    optimum : bool, default False
         Whether to search the best schedule of lamps for each plant.
-    bound : str, default None
+    reference : str, default None
         Name of the controller that stands for what a rule without knowledge of the future can reach.
     seed : int, default 1
         Seed of the plants and of the bootstrap.
@@ -2662,8 +2667,8 @@ def transfer(
             period_min=period_min,
             photographs=photographs,
             model=model,
-            ceiling=ceiling,
-            bound=bound,
+            optimum=optimum,
+            reference=reference,
             seed=seed,
             resume=resume,
             out=out,
@@ -2687,7 +2692,7 @@ def tune(
     monitor: Monitor | Literal[False] | None = None,
     threads: int | None = None,
 ) -> TuneResults:
-    """Tunes the nine numbers of a rule on simulated plants of a model, and writes the rule to a file.
+    """Tunes the nine parameters of a rule on simulated plants of a model, and writes the rule to a file.
 
     Parameters
     ----------
@@ -2695,7 +2700,7 @@ def tune(
         File of the model.
     beans : AnySettings, default None
         Virtual beans to tune on instead of a model: species, variation and lamps count. What is found is the best
-        that such a rule can be expected to reach on them, which no laboratory could know.
+        that such a rule can be expected to reach on them, which no replicate could know.
     period_min : float, default 5.0
         Time from one step of virtual beans to the next, in min. A model has its own.
     task : AnyTask, default None: the paper's three targets

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _REQUIRED = ("step", "time_s", "tip_x_cm", "tip_y_cm", "light", "quality")
-_QUALITIES = ("measured", "held", "simulated")
+_QUALITIES = ("measured", "carried_forward", "simulated")
 
 
 class Row(NamedTuple):
@@ -41,7 +41,7 @@ class Row(NamedTuple):
     y_cm: float
     #: Name of the lamp that is lit until the next row, or dark.
     light: str
-    #: measured, held (carried forward from an earlier photograph) or simulated.
+    #: measured, carried_forward (from an earlier photograph) or simulated.
     quality: str
 
 
@@ -82,7 +82,8 @@ class Track:
     """The path of a tip over an experiment: a row a step. A track of N lights has N + 1 rows.
 
     Columns are those of the file, with the units in their names: step, time_s, tip_x_cm, tip_y_cm, light (lit from this row
-    to the next), quality (measured, held, simulated), and further ones. It does not change; copies and pickles have the same bits.
+    to the next), quality (measured, carried_forward, simulated), and further ones. It does not change; copies and pickles have
+    the same bits.
 
     >>> import tropism
     >>> track, fitness = tropism.loop.grow("greedy", {"max_steps": 20})
@@ -160,7 +161,7 @@ class Track:
         step, time_s : arrays (rows,)
             Numbers of the steps, by default from 0; and seconds since the start, by default of the steps.
         quality : str or list of str, default "measured"
-            measured, held or simulated, for all rows or for each.
+            measured, carried_forward or simulated, for all rows or for each.
         stems : array (rows, points, 2)
             Points of the stem from the base up, in cm; NaN where none was seen.
         lamps : list of dict

@@ -6,7 +6,7 @@
 //! generation, individual and episode: neither threads nor interruptions change a result.
 //!
 //! [`Method::CmaEs`] searches the weights of one network instead; all its networks of some generations steer the same plants.
-//! [`Start::Greedy`] begins at a network that decides as the greedy rule does, [`Start::Network`] at a given one. [`RuleSearch`] tunes the nine numbers of a
+//! [`Start::Greedy`] begins at a network that decides as the greedy rule does, [`Start::Network`] at a given one. [`RuleSearch`] tunes the nine parameters of a
 //! [rule](crate::control::PredictiveRule) by [`CmaEs`](crate::CmaEs), too.
 //!
 //! # References

@@ -20,7 +20,7 @@ use crate::shell::Shell;
 /// Track the tip and the stem of plants in a folder of photographs
 ///
 /// Photographs are ordered by their times, or by the numbers in their names. A frame without a detected plant holds the
-/// last tip: its `quality` is `held`, and its `class` says why. A damaged file never ends the batch.
+/// last tip: its `quality` is `carried_forward`, and its `class` says why. A damaged file never ends the batch.
 ///
 /// Beside track.csv are written track.json (calibration, settings, counts, bad files) and track.frames.jsonl (the
 /// detections of each photograph, with the whole midline), from which --resume continues.

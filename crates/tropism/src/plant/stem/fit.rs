@@ -21,7 +21,7 @@ pub(super) type Weights<R = f64> = [[R; TERMS]; MODES];
 const POOLED_RIDGE: f64 = 30.0;
 
 /// Ridge of the weights of one plant, which are drawn to those of all. Of 30, 100 and infinity, 100 predicted the fitness of
-/// the greedy rule best in five laboratories of virtual beans.
+/// the greedy rule best in five replicates of virtual beans.
 const PLANT_RIDGE: f64 = 100.0;
 
 /// The light of a lamp along the axes. In the plane its side, -1 or 1. In space x and z of the unit vector to it from the middle of
