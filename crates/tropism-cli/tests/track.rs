@@ -324,7 +324,7 @@ fn bad_files_are_classes_and_never_end_a_batch() {
         ("504", "found a picture of 1 x 1, wanted 120 x 90 as calibrated"),
         ("501", "the same bytes as the photograph before"),
         ("601", "found a damaged picture"),
-        ("609", "no end marker"),
+        ("609", "the data end before the last block"),
     ] {
         assert!(problem(second).contains(wanted), "{second}: {}", problem(second));
     }
@@ -371,6 +371,37 @@ fn pictures_of_other_kinds_are_read_or_refused() {
     for sample in &track.samples {
         assert!((sample.tip.y - (79.0 - 39.5) / 5.0).abs() < 0.3, "{sample:?}");
     }
+}
+
+#[test]
+fn pages_light_tables_and_folders_of_names_are_read() {
+    use ::tiff::encoder::{TiffEncoder, colortype};
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = std::io::Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut file).unwrap();
+    for step in 0..6 {
+        let mut image = dark();
+        stem(&mut image, 60, 50 - step);
+        encoder.write_image::<colortype::RGB8>(WIDTH as u32, HEIGHT as u32, &image.rgb).unwrap();
+    }
+    fs::write(folder.path().join("stack.tif"), file.into_inner()).unwrap();
+    let rows: String = (0..6).map(|page| format!("stack.tif#{page:04},left\n")).collect();
+    fs::write(folder.path().join("light.csv"), format!("\u{feff}frame,light\n{rows}")).unwrap();
+    let command =
+        "track stack.tif --roi 10,5,100,75 --base 60,79 --scale 5 --light light.csv --out new/folder/t.csv";
+    let words = succeeds(&folder, command);
+    assert!(words.contains("6 measured"), "{words}");
+    let found = track(&folder, "new/folder/t.csv");
+    assert_eq!(found.samples.len(), 6);
+    assert!((found.samples[5].tip.y - found.samples[0].tip.y - 1.0).abs() < 0.1, "{:?}", found.samples);
+    // The pages have no times.
+    let (code, _, error) = tropism(folder.path(), "fit new/folder/t.csv --out model.json");
+    assert!(code == 1 && error.contains("5 min apart: give --period"), "{error}");
+    succeeds(&folder, &format!("{command} --period 10m --force"));
+    succeeds(&folder, "fit new/folder/t.csv --out model.json");
+    fs::write(folder.path().join("light.csv"), format!("frame,light\n{rows}stack.tif#0003,right\n")).unwrap();
+    let (code, _, error) = tropism(folder.path(), &format!("{command} --force"));
+    assert!(code == 1 && error.contains("line 8: the frame of line 5 again"), "{error}");
 }
 
 #[test]

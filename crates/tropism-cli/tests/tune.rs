@@ -51,7 +51,7 @@ fn a_rule_steers_wherever_a_controller_does() {
     fs::write(here.join("task.toml"), "max_steps = 30\n").unwrap();
     tropism(here, &[&TUNE[..], &["--task", "task.toml", "--out", "rule.json"]].concat()).unwrap();
     let rule = ["--controller", "rule.json"];
-    let simulated = ["simulate", "--model", "stem.json", "--episodes", "5", "--out", "simulated.csv"];
+    let simulated = ["simulate", "--model", "stem.json", "--plants", "5", "--out", "simulated.csv"];
     let printed = tropism(here, &[&simulated[..], &rule].concat()).unwrap();
     assert!(printed.contains("5 simulated plants"), "{printed}");
     tropism(here, &[&["grow", "--plants", "1", "--out", "grown"], &rule[..]].concat()).unwrap();

@@ -20,9 +20,9 @@ use tropism_lab::safe_state::SafeStatePlan;
 use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::stop::StopPlan;
 use tropism_lab::{ControllerSpec, RunConfig, Silent, Workflow, files, holder};
+use tropism_page::Drawing;
 
 use crate::access::{LogInError, Right, Session};
-use crate::drawing::Drawing;
 use crate::error::Refusal;
 use crate::found::{Kind, resolve, resolve_kind, resolve_work, search_of};
 use crate::gate::gate;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use tropism_lab::stop::StopPlan;
 use tropism_lab::{Silent, Workflow};
+use tropism_page::Drawing;
 
-use crate::drawing::Drawing;
 use crate::error::StudioError;
 use crate::{Studio, draw, jobs};
 

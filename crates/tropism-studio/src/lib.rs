@@ -21,7 +21,6 @@ mod tail;
 mod items;
 mod jobs;
 mod run;
-mod drawing;
 mod evolution;
 mod draw;
 mod compare;

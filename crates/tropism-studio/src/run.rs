@@ -17,6 +17,7 @@ use tropism_lab::files::shell_word;
 use tropism_lab::run::speed_of;
 use tropism_lab::status::{self, RunState, RunStatus};
 use tropism_lab::{RunConfig, StepRecord, holder, simulate};
+use tropism_page::thinned;
 
 use crate::error::Refusal;
 use crate::items::state_word;
@@ -420,21 +421,13 @@ pub(crate) fn prediction(folder: &Path, config: &RunConfig, model: &Path) -> Res
     let tracks = simulate::continued(model, config, &tail.steps, PREDICTED, LOOKS_AHEAD)?;
     let period_min = config.rig.period_min;
     let rows: Vec<Value> = left.iter().map(|target| predicted(target, &tracks, period_min)).collect();
-    let fan: Vec<Vec<[f64; 2]>> = tracks.iter().take(12).map(thinned).collect();
+    let fan: Vec<Vec<[f64; 2]>> = tracks.iter().take(12).map(|track| thinned(track).0).collect();
     Ok(json!({
         "from": <[f64; 2]>::from(tip), "plants": PREDICTED, "targets": rows, "paths": fan,
         "form": is_form.then(|| predicted_form(&config.task, &tracks, period_min)),
         // Nothing holds a stem of a model back.
         "goes_through": !config.task.obstacles.is_empty(),
     }))
-}
-
-/// Quarter-hour points of a track.
-pub(crate) fn thinned(track: &Track) -> Vec<[f64; 2]> {
-    let every = track.samples.len().div_ceil(120).max(1);
-    let last = track.samples.len().saturating_sub(1);
-    let kept = track.samples.iter().enumerate().filter(|(index, _)| index % every == 0 || *index == last);
-    kept.map(|(_, sample)| [rounded(sample.tip.x, 2), rounded(sample.tip.y, 2)]).collect()
 }
 
 /// Hours from the first sample of a track to `step`.

@@ -65,7 +65,7 @@ pub(crate) struct Evolve {
     #[arg(long, value_name = "N")]
     episodes: Option<u32>,
 
-    /// First population: random networks (the default), or one that steers as greedy does and mutants of it. The latter needs
+    /// First population: random networks (the default), or one that steers as the greedy controller does and mutants of it. The latter needs
     /// the sensor to_target in a file of settings; the champion is then never worse than greedy where champions are compared
     #[arg(long, value_enum)]
     start: Option<StartOption>,

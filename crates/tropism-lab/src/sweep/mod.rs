@@ -16,6 +16,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use serde::{Deserialize, Serialize};
 use toml::Table;
+use tropism::math::rank_test;
 
 pub use self::config::{Method, Seeds, Setting, SweepConfig};
 use self::results::FinishedUnit;
@@ -25,6 +26,7 @@ pub(crate) use self::status::status;
 pub use self::units::SweepUnit;
 pub(crate) use self::units::unit_folder;
 use self::units::units;
+use crate::comparison::SIGNIFICANT;
 use crate::lock::{FolderLock, LockError, lock};
 use crate::monitor::{Part, Titled};
 use crate::workflow::check_same;
@@ -114,6 +116,9 @@ impl Workflow for SweepPlan {
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<SweepResults, Error> {
         let (sweep, _lock) = self.claim()?;
+        if let Some(note) = sweep.too_few_seeds() {
+            monitor.note(&note);
+        }
         let finished = sweep.execute_all(monitor).map_err(|error| error.of_part(&self.out))?;
         let results = SweepResults::new(Self::SCHEMA, self.config.seeds.list(), &sweep.settings, &finished);
         let table = results.csv().map_err(Error::at("sweep.csv"))?;
@@ -261,6 +266,24 @@ fn record_path(folder: &Path) -> PathBuf {
 
 impl Sweep<'_> {
     /// Executes all units: evolutions side by side, studies of replicates, which use all threads, one after the other.
+    /// Says how many seeds are needed where those of the plan can show no difference between settings, however large.
+    fn too_few_seeds(&self) -> Option<String> {
+        let (settings, seeds) = (self.settings.len(), self.plan.config.seeds.list().len());
+        let values = match &self.settings.first()?.method {
+            config::Method::Evolve(config) => config.evolution.runs as usize,
+            config::Method::Replicates(_) => 1,
+        };
+        let pairs = settings * (settings - 1) / 2;
+        let least = rank_test::least_size(pairs.max(1), SIGNIFICANT);
+        let wanted = least.div_ceil(values.max(1));
+        (pairs > 0 && seeds < wanted).then(|| {
+            format!(
+                "with {settings} settings, a rank test finds no difference in fewer than {wanted} seeds, however large; \
+                 this sweep has {seeds}"
+            )
+        })
+    }
+
     fn execute_all(&self, monitor: &dyn Monitor) -> Result<Vec<FinishedUnit>, Error> {
         if self.plan.config.is_of_replicates() {
             let one = |unit: &SweepUnit| {

@@ -9,13 +9,12 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use tropism::geometry::Pixel;
 use tropism::lamps::Light;
 use tropism::vision::{Detection, FrameStatus};
 
 use crate::Error;
 use crate::difference::differences;
-use crate::files::disk;
+use crate::files::{disk, make_folder_of};
 
 const SCHEMA: &str = "tropism.frames/2";
 
@@ -57,18 +56,11 @@ pub(super) struct PlantDetection {
 }
 
 impl PlantDetection {
-    /// A detection rounded to a thousandth of a pixel, so that a line of the journal holds all of it.
+    /// A detection [rounded](Detection::rounded), so that a line of the journal holds all of it.
     pub(super) fn new(detected: Result<Detection, FrameStatus>) -> Self {
-        let rounded = |value: f64| (value * 1e3).round() / 1e3;
-        let round = |pixel: Pixel| Pixel::new(rounded(pixel.x), rounded(pixel.y));
         match detected {
             Err(class) => Self { class, detected: None },
-            Ok(mut detected) => {
-                detected.tip = round(detected.tip);
-                detected.apex = detected.apex.map(round);
-                detected.stem = detected.stem.map(|stem| stem.into_iter().map(round).collect());
-                Self { class: FrameStatus::Ok, detected: Some(detected) }
-            }
+            Ok(detected) => Self { class: FrameStatus::Ok, detected: Some(detected.rounded()) },
         }
     }
 
@@ -92,6 +84,7 @@ impl FrameJournal {
         let head = serde_json::to_string(&Head { schema: SCHEMA, settings });
         let head = head.map_err(Error::at(path.display()))? + "\n";
         let exists = is_resumed && path.exists();
+        make_folder_of(path)?;
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create(true).truncate(!exists).open(path);
         let file = file.map_err(disk("write", path))?;
@@ -168,6 +161,7 @@ impl FrameJournal {
 #[cfg(test)]
 mod tests {
     use serde_json::json;
+    use tropism::geometry::Pixel;
 
     use super::*;
 

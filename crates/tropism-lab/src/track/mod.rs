@@ -64,6 +64,7 @@ impl Workflow for TrackPlan {
         let found = files::list_photographs(&self.photographs)?;
         found.notes.iter().for_each(|note| monitor.note(note));
         let series = Series::read(&found.files, self.time, self.period_min, self.default_period_min)?;
+        series.notes.iter().for_each(|note| monitor.note(note));
         match self.located(&series.frames, monitor) {
             Some(plan) => plan.track(&series, true, monitor),
             None => self.turned(&series.frames, monitor).track(&series, false, monitor),
@@ -77,6 +78,9 @@ impl TrackPlan {
         let mut plants = place(&self.plants, &self.scale, &self.vision, &series.frames)?;
         plants.iter_mut().for_each(|plant| plant.is_located = is_located);
         let lights = self.light.read(&series.frames)?;
+        if let Some(sheet) = &self.sheet {
+            files::make_folder_of(sheet)?;
+        }
         if let Some(folder) = &self.overlay {
             files::make_folder(folder)?;
         }

@@ -152,6 +152,7 @@ impl Pipeline<'_> {
                 // The camera of the virtual tent is the paper's.
                 is_scale_assumed: calibration_is_assumed && !is_virtual,
                 is_unrelated: self.plan.each,
+                times: &self.series.warnings,
                 up: self.plan.vision.up,
             };
             let results = PlantTrack {

@@ -42,6 +42,8 @@ pub enum WarningKind {
     ScaleAssumed,
     /// The photographs have nothing to do with each other, so their order is no motion.
     Unrelated,
+    /// When the photographs were taken is uncertain.
+    Times,
 }
 
 /// One warning about a track.
@@ -61,6 +63,8 @@ pub(super) struct Evidence<'a> {
     pub(super) feet: &'a [Pixel],
     pub(super) is_scale_assumed: bool,
     pub(super) is_unrelated: bool,
+    /// What may be wrong with the times: a sentence each.
+    pub(super) times: &'a [String],
     /// The direction in which the plant grows.
     pub(super) up: Direction,
 }
@@ -76,7 +80,8 @@ impl Evidence<'_> {
             self.scale_assumed(),
             self.unrelated(),
         ];
-        all.into_iter().flatten().collect()
+        let times = self.times.iter().map(|advice| TrackWarning::new(WarningKind::Times, advice.clone()));
+        all.into_iter().flatten().chain(times).collect()
     }
 
     fn few_measured(&self) -> Option<TrackWarning> {

@@ -35,7 +35,7 @@ use crate::simulation::{BatchModel, Episode};
 use crate::task::Task;
 
 pub use baseline::{Baseline, baseline};
-pub use champion::{Champion, ChampionError, Choice, Trial, trial, trial_of_genome};
+pub use champion::{Champion, ChampionError, Choice, Trial, reason_to_withhold, trial, trial_of_genome};
 pub use config::{EvolutionConfig, EvolutionError};
 pub use rule_search::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial};
 pub use saved::SavedRunError;

@@ -275,7 +275,10 @@ impl TipTracker {
 
     fn detect_in(&self, picture: Result<&dyn PixelSource, &PhotoError>) -> Result<Detection, FrameStatus> {
         let image = picture.map_err(|error| match error {
-            PhotoError::UnknownFormat(_) | PhotoError::TooLarge { .. } => FrameStatus::Foreign,
+            PhotoError::UnknownFormat(_)
+            | PhotoError::Foreign { .. }
+            | PhotoError::Unsupported(_)
+            | PhotoError::TooLarge { .. } => FrameStatus::Foreign,
             _ => FrameStatus::Corrupt,
         })?;
         let (width, height) = image.size();
