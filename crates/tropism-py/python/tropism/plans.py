@@ -1796,7 +1796,7 @@ def guide(
     Parameters
     ----------
     photographs : PathLike | Sequence[PathLike]
-        Photographs (JPEG, PNG or TIFF), or folders of them.
+        Photographs (JPEG, PNG or TIFF), films, or folders of them.
     page : PathLike, default "guide.html"
         HTML file of the page. An older guide there is replaced.
     scale : Any, default "paper_camera"
@@ -2498,7 +2498,7 @@ def track(
     Parameters
     ----------
     photographs : PathLike | Sequence[PathLike]
-        Photographs (JPEG, PNG or TIFF), or folders of them.
+        Photographs (JPEG, PNG or TIFF), films, or folders of them.
     out : PathLike, default "track.csv"
         CSV file of the track; with several plants `track.csv` becomes `track-NAME.csv`. Beside it are written the
         same name with `.json` and, one for all plants, with `.frames.jsonl`.
