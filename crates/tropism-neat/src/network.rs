@@ -225,6 +225,14 @@ impl Network {
     pub fn state(&self) -> &[f64] {
         &self.state
     }
+
+    /// Sets all activations to those that [`state`](Self::state) gave, so that a saved network goes on.
+    ///
+    /// # Panics
+    /// If there are not as many activations as neurons.
+    pub fn set_state(&mut self, state: &[f64]) {
+        self.state.copy_from_slice(state);
+    }
 }
 
 #[cfg(test)]
@@ -251,6 +259,10 @@ mod tests {
         assert_eq!(network.activate(&[1.0]), [1.0]);
         assert_eq!(network.activate(&[1.0]), [2.0]);
         assert_eq!(network.state(), [1.0, 1.0, 2.0]);
+        let mut resumed = network.clone();
+        resumed.flush();
+        resumed.set_state(network.state());
+        assert_eq!(resumed.activate(&[1.0]), [3.0]);
         network.flush();
         assert_eq!(network.state(), [0.0; 3]);
         assert_eq!(network.activate(&[1.0]), [1.0]);

@@ -51,10 +51,13 @@ def imports(_: Path) -> None:
 def calls(_: Path) -> None:
     import gymnasium
 
+    tropism.register_envs()
     run = neat.Neat(2, 1, seed=1)
     network = neat.Network(run.ask()[0])
     array = np.array([1.0, 0.5])
-    env = gymnasium.make("tropism/TipModel-v0").unwrapped
+    # Half a million steps of one episode.
+    endless = {"kind": "open_loop", "max_steps": 1_000_000}
+    env = gymnasium.make("tropism/TipModel-v0", task=endless).unwrapped
     env.reset(seed=1)
     cases = {
         "Network.activate, list": lambda: network.activate([1.0, 0.5]),
@@ -69,6 +72,7 @@ def calls(_: Path) -> None:
 def environments(_: Path) -> None:
     import gymnasium
 
+    tropism.register_envs()
     for name, count, steps in (
         ("TipModel", 1024, 1500),
         ("Stem", 256, 400),
@@ -89,6 +93,28 @@ def environments(_: Path) -> None:
             f"{name}-v0, {count} plants, {steps} steps each",
             count * steps / best(work, 3) / 1000,
             "thousand steps a second and core",
+        )
+
+
+def stable_baselines(_: Path) -> None:
+    from tropism.sb3 import make_vec_env
+
+    for count in (64, 256, 1024):
+        plants = make_vec_env("tropism/Bean-v0", count, seed=1)
+        actions = np.random.default_rng(1).integers(0, 2, (400, count))
+
+        def work(plants=plants, actions=actions):
+            plants.reset()
+            for row in actions:
+                plants.step(row)
+
+        began = time.perf_counter()
+        taken = 400 * count / best(work, 3) / 1000
+        say(f"Bean-v0 as VecEnv, {count} plants, 400 steps each", taken, "thousand steps a second of processor time")
+        say(
+            "  by the clock, the mean of three",
+            3 * 400 * count / (time.perf_counter() - began) / 1000,
+            "thousand a second",
         )
 
 
@@ -310,6 +336,7 @@ PARTS = {
     "import": imports,
     "calls": calls,
     "environments": environments,
+    "sb3": stable_baselines,
     "neat": neats,
     "evolve": evolve,
     "interrupt": interrupt,

@@ -1,12 +1,14 @@
 //! Many episodes side by side: what learning environments step through.
 //!
 //! Plants stand in shards, which work on threads of their own; no number depends on that. An episode that is over begins anew at
-//! the next step, whose action is then ignored (Gymnasium's next-step autoreset).
+//! the next step, whose action is then ignored (Gymnasium's next-step autoreset), or where it is told to begin.
+//!
+//! A plant is its seed, its number and the lamps that were lit: from these a saved batch is grown again, to the bit.
 
 use numpy::ndarray::{Array1, Array2};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1};
 use pyo3::prelude::*;
-use pyo3::types::{PyList, PyTuple};
+use pyo3::types::{PyBytes, PyList, PyTuple};
 use rayon::prelude::*;
 use tropism::geometry::path::resampled;
 use tropism::geometry::space::SpacePoint;
@@ -41,6 +43,14 @@ type Steps<'py> = (
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<bool>>,
     Bound<'py, PyArray1<bool>>,
+);
+
+/// Of each plant: step, number under its seed, seed, fitness so far.
+type States<'py> = (
+    Bound<'py, PyArray1<i64>>,
+    Bound<'py, PyArray1<i64>>,
+    Bound<'py, PyArray1<u64>>,
+    Bound<'py, PyArray1<f64>>,
 );
 
 /// Of each plant: whether its stem touches an obstacle, its gap in cm, the observations so far at which it touched, and the
@@ -330,6 +340,12 @@ struct Place {
     past: Past,
     light: Option<Light>,
     is_over: bool,
+    /// Whether it was ever begun.
+    is_begun: bool,
+    /// Sum of the rewards.
+    fitness: f64,
+    /// Numbers of the lamps of all steps.
+    lights: Vec<u8>,
     /// Observations at which the stem touched an obstacle.
     contact_steps: u32,
     /// Distance of the tip from each target at the target's height, in cm; infinite before.
@@ -369,6 +385,8 @@ impl Shard {
         self.plants.begin(place, episodes.task.start, own.seed, own.episode);
         own.past = Past::new(self.plants.observe(place));
         (own.step, own.light, own.is_over, own.contact_steps) = (0, None, false, 0);
+        (own.is_begun, own.fitness) = (true, 0.0);
+        own.lights.clear();
         if episodes.has_progress() {
             own.distances.clear();
             own.distances.resize(episodes.targets.len(), f64::INFINITY);
@@ -377,7 +395,7 @@ impl Shard {
     }
 
     fn step(&mut self, episodes: &Episodes, actions: &[Light], rows: &mut Rows<'_>) {
-        let (task, width) = (&episodes.task, episodes.sight.width());
+        let width = episodes.sight.width();
         self.lights.clear();
         let lit = self.places.iter().zip(actions).map(|(place, light)| (!place.is_over).then_some(*light));
         self.lights.extend(lit);
@@ -390,22 +408,74 @@ impl Shard {
                 episodes.put(&self.places[place].past.latest, observation);
                 continue;
             }
-            let after = self.plants.observe(place);
-            let own = &mut self.places[place];
-            own.step += 1;
-            own.light = self.lights[place];
-            rows.rewards[place] = task.step_fitness(&own.past, &after);
-            // A task of this library ends by what is seen, or at its last step.
-            rows.terminated[place] = task.is_over(0, &after);
-            rows.truncated[place] = !rows.terminated[place] && own.step >= task.max_steps;
-            own.is_over = rows.terminated[place] || rows.truncated[place];
-            own.past.push(after);
-            if episodes.has_progress() {
-                own.count(episodes);
-            }
-            episodes.put(&own.past.latest, observation);
+            let (reward, terminated, truncated) = self.settle(place, episodes);
+            (rows.rewards[place], rows.terminated[place], rows.truncated[place]) =
+                (reward, terminated, truncated);
+            episodes.put(&self.places[place].past.latest, observation);
         }
     }
+
+    /// What a plant did in the step that was just made: its reward, and whether its episode terminated or was truncated.
+    fn settle(&mut self, place: usize, episodes: &Episodes) -> (f64, bool, bool) {
+        let task = &episodes.task;
+        let after = self.plants.observe(place);
+        let own = &mut self.places[place];
+        own.step += 1;
+        own.light = self.lights[place];
+        own.lights.extend(own.light.map(|light| light.index() as u8));
+        let reward = task.step_fitness(&own.past, &after);
+        own.fitness += reward;
+        // A task of this library ends by what is seen, or at its last step.
+        let terminated = task.is_over(0, &after);
+        let truncated = !terminated && own.step >= task.max_steps;
+        own.is_over = terminated || truncated;
+        own.past.push(after);
+        if episodes.has_progress() {
+            own.count(episodes);
+        }
+        (reward, terminated, truncated)
+    }
+
+    /// Grows the saved plants again. They begin at different times, so that all end together.
+    fn restore(&mut self, saved: &[Saved], episodes: &Episodes) {
+        let steps = |saved: &Saved| saved.lights.len();
+        let longest = saved.iter().map(steps).max().unwrap_or(0);
+        for time in 0..=longest {
+            for (place, own) in saved.iter().enumerate().filter(|(_, own)| longest - steps(own) == time) {
+                (self.places[place].seed, self.places[place].episode) = (own.seed, own.episode);
+                if own.is_begun {
+                    self.begin(place, episodes);
+                } else {
+                    (self.places[place].is_begun, self.places[place].is_over) = (false, true);
+                }
+            }
+            if time == longest {
+                break;
+            }
+            // The light of this step; none before the plant begins.
+            let light = |own: &Saved| {
+                let step = time.checked_sub(longest - steps(own))?;
+                Light::new(usize::from(own.lights[step]))
+            };
+            self.lights.clear();
+            self.lights.extend(saved.iter().map(light));
+            self.plants.advance(&self.lights);
+            for place in 0..saved.len() {
+                if self.lights[place].is_some() {
+                    self.settle(place, episodes);
+                }
+            }
+        }
+    }
+}
+
+/// What an episode is grown again from.
+struct Saved {
+    seed: u64,
+    episode: u32,
+    is_begun: bool,
+    /// Numbers of the lamps of its steps.
+    lights: Vec<u8>,
 }
 
 /// Many episodes of one task side by side.
@@ -439,6 +509,9 @@ impl Batch {
             past: Past::new(nothing),
             light: None,
             is_over: true,
+            is_begun: false,
+            fitness: 0.0,
+            lights: Vec::new(),
             contact_steps: 0,
             distances: Vec::new(),
         };
@@ -469,6 +542,14 @@ impl Batch {
             self.episodes.put(&place.past.latest, row.as_slice_mut().expect("rows of a whole array"));
         }
         observations
+    }
+
+    /// Why a plant cannot be stepped.
+    fn not_begun(&self, place: usize) -> PyErr {
+        let which = if self.count == 1 { String::new() } else { format!("plant {place}: ") };
+        let is_begun = self.shards[place / MOST_IN_SHARD].places[place % MOST_IN_SHARD].is_begun;
+        let what = if is_begun { "the episode is over" } else { "no episode has begun" };
+        refused(format!("{which}{what}: call reset before step"))
     }
 
     fn places(&self) -> impl Iterator<Item = &Place> {
@@ -616,10 +697,90 @@ impl Batch {
         Ok(self.observations().into_pyarray(py))
     }
 
-    /// Lights a lamp for each plant, for one step.
-    fn step<'py>(&mut self, py: Python<'py>, actions: PyReadonlyArray1<'py, i64>) -> PyResult<Steps<'py>> {
+    /// Begins the next episodes of the plants that `mask` chooses, or episode 0 under seeds of their own; returns all observations.
+    #[pyo3(signature = (mask, seeds=None))]
+    fn begin<'py>(
+        &mut self,
+        py: Python<'py>,
+        mask: PyReadonlyArray1<'py, bool>,
+        seeds: Option<Vec<u64>>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        check_fork()?;
+        let mask = mask.as_array();
+        let found = seeds.as_ref().map_or(self.count, Vec::len);
+        if mask.len() != self.count || found != self.count {
+            let found = if found == self.count { mask.len() } else { found };
+            return Err(refused(format!("found a mask or seeds of {found} plants, wanted {}", self.count)));
+        }
+        for place in (0..self.count).filter(|&place| mask[place]) {
+            let own = &mut self.shards[place / MOST_IN_SHARD].places[place % MOST_IN_SHARD];
+            match &seeds {
+                Some(seeds) => (own.seed, own.episode) = (seeds[place], 0),
+                None => own.episode += 1,
+            }
+            self.shards[place / MOST_IN_SHARD].begin(place % MOST_IN_SHARD, &self.episodes);
+        }
+        Ok(self.observations().into_pyarray(py))
+    }
+
+    /// Steps, numbers and seeds of all plants, and the fitness so far.
+    fn states<'py>(&self, py: Python<'py>) -> States<'py> {
+        let array = |value: fn(&Place) -> i64| Array1::from_iter(self.places().map(value)).into_pyarray(py);
+        (
+            array(|place| place.step.into()),
+            array(|place| place.episode.into()),
+            Array1::from_iter(self.places().map(|place| place.seed)).into_pyarray(py),
+            Array1::from_iter(self.places().map(|place| place.fitness)).into_pyarray(py),
+        )
+    }
+
+    /// What all episodes are grown again from: seed, number, whether it was begun, and the lamps of its steps.
+    fn saved<'py>(&self, py: Python<'py>) -> Vec<(u64, u32, bool, Bound<'py, PyBytes>)> {
+        let saved =
+            |place: &Place| (place.seed, place.episode, place.is_begun, PyBytes::new(py, &place.lights));
+        self.places().map(saved).collect()
+    }
+
+    /// Grows the episodes again that [`saved`](Self::saved) gave, with the same bits.
+    fn restore(&mut self, py: Python<'_>, saved: Vec<(u64, u32, bool, Vec<u8>)>) -> PyResult<()> {
+        check_fork()?;
+        if saved.len() != self.count {
+            return Err(refused(format!("found {} saved plants, wanted {}", saved.len(), self.count)));
+        }
+        let lamps = self.layout.len();
+        if saved.iter().flat_map(|(_, _, _, lights)| lights).any(|&light| usize::from(light) >= lamps) {
+            return Err(refused("found a lamp that the environment lacks among the saved steps"));
+        }
+        let saved: Vec<Saved> = saved
+            .into_iter()
+            .map(|(seed, episode, is_begun, lights)| Saved { seed, episode, is_begun, lights })
+            .collect();
+        let episodes = &self.episodes;
+        py.detach(|| {
+            let work: Vec<_> = self.shards.iter_mut().zip(saved.chunks(MOST_IN_SHARD)).collect();
+            work.into_par_iter().for_each(|(shard, saved)| shard.restore(saved, episodes));
+        });
+        Ok(())
+    }
+
+    /// What is observed now: (plants, width).
+    fn seen<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        self.observations().into_pyarray(py)
+    }
+
+    /// Lights a lamp for each plant, for one step. Without `autoreset` a plant whose episode is over is an error.
+    #[pyo3(signature = (actions, autoreset=true))]
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        actions: PyReadonlyArray1<'py, i64>,
+        autoreset: bool,
+    ) -> PyResult<Steps<'py>> {
         check_fork()?;
         let actions = actions.as_array();
+        if let Some(place) = self.places().position(|place| !place.is_begun || place.is_over && !autoreset) {
+            return Err(self.not_begun(place));
+        }
         if actions.len() != self.count {
             return Err(refused(format!("found {} actions, wanted {}", actions.len(), self.count)));
         }
@@ -664,6 +825,9 @@ impl Batch {
         let light = self.light(action)?;
         if self.count != 1 {
             return Err(refused(format!("found {} plants, wanted one", self.count)));
+        }
+        if self.shards[0].places[0].is_over {
+            return Err(self.not_begun(0));
         }
         let (mut observation, width) = ([0.0; MOST_WIDTH], self.episodes.sight.width());
         let (mut reward, mut terminated, mut truncated) = ([0.0], [false], [false]);

@@ -2,8 +2,8 @@
 
 use numpy::ndarray::{Array2, Array3, Axis};
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-    PyReadonlyArrayDyn,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayDyn, PyArrayMethods, PyReadonlyArray1,
+    PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -11,7 +11,7 @@ use pyo3::types::{PyList, PyTuple};
 use rayon::prelude::*;
 use tropism_neat::{Config, Novelty as CoreNovelty, NoveltyConfig};
 
-use crate::error::{parsed, refused};
+use crate::error::{WrongTypeError, parsed, refused};
 use crate::threads::check_fork;
 
 /// A neuron in Python's words: id, kind, depth, activation, slope and shift.
@@ -76,6 +76,11 @@ impl Genome {
         format!("Genome({} neurons, {} links)", genome.neurons().len(), genome.links().len())
     }
 
+    /// A drawing of its neurons and links.
+    fn _repr_svg_(&self) -> PyResult<String> {
+        crate::figure::draw_genome(&self.0)
+    }
+
     fn __getnewargs__(&self) -> (String,) {
         (self.to_json(),)
     }
@@ -83,6 +88,37 @@ impl Genome {
     #[new]
     fn new(text: &str) -> PyResult<Self> {
         Self::from_json(text)
+    }
+}
+
+/// An array of float64 of anything that numpy makes one of: other types, lists, slices. None of its numbers is NaN.
+fn array_of<'py>(values: &Bound<'py, PyAny>, what: &str) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    let py = values.py();
+    let array = match values.cast::<PyArrayDyn<f64>>() {
+        Ok(array) => array.clone(),
+        Err(_) => {
+            let numpy = py.import("numpy")?;
+            let kind = || values.get_type().name().map_or_else(|_| String::new(), |name| name.to_string());
+            let array = numpy.call_method1("asarray", (values, "float64")).map_err(|error| {
+                WrongTypeError::new_err(format!("{what}: found {}, wanted numbers: {error}", kind()))
+            })?;
+            array.cast_into::<PyArrayDyn<f64>>().map_err(PyErr::from)?
+        }
+    };
+    let array = array.try_readonly()?;
+    if let Some(place) = array.as_array().iter().position(|value| value.is_nan()) {
+        return Err(refused(format!(
+            "{what}: found NaN at place {place} of the flattened array, wanted numbers"
+        )));
+    }
+    Ok(array)
+}
+
+/// A shape as Python writes it: (50, 2).
+fn tuple_of(shape: &[usize]) -> String {
+    match shape {
+        [one] => format!("({one},)"),
+        many => format!("({})", many.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
     }
 }
 
@@ -98,8 +134,14 @@ fn with_numbers<T>(values: &Bound<'_, PyAny>, use_them: impl FnOnce(&[f64]) -> P
             Err(_) => use_them(&array.as_array().to_vec()),
         };
     }
-    let numbers: PyResult<Vec<f64>> = values.try_iter()?.map(|value| value?.extract()).collect();
-    use_them(&numbers?)
+    let array = array_of(values, "numbers")?;
+    if array.ndim() != 1 {
+        return Err(refused(format!(
+            "found an array of shape {}, wanted one row of numbers",
+            tuple_of(array.shape())
+        )));
+    }
+    use_them(&array.as_array().iter().copied().collect::<Vec<f64>>())
 }
 
 fn check_count(found: usize, wanted: usize, what: &str) -> PyResult<()> {
@@ -113,14 +155,43 @@ fn check_count(found: usize, wanted: usize, what: &str) -> PyResult<()> {
 #[pyclass(module = "tropism.neat")]
 pub(crate) struct Network {
     network: tropism_neat::Network,
+    genome: tropism_neat::Genome,
     inputs: usize,
 }
 
 #[pymethods]
 impl Network {
+    /// The network of a genome; `state` is that of a saved one.
     #[new]
-    fn new(genome: &Genome) -> Self {
-        Self { network: tropism_neat::Network::new(&genome.0), inputs: genome.0.inputs() }
+    #[pyo3(signature = (genome, state=None))]
+    fn new(genome: &Genome, state: Option<Vec<f64>>) -> PyResult<Self> {
+        let mut network = tropism_neat::Network::new(&genome.0);
+        if let Some(state) = state {
+            check_count(state.len(), network.state().len(), "activations of the state")?;
+            network.set_state(&state);
+        }
+        Ok(Self { network, genome: genome.0.clone(), inputs: genome.0.inputs() })
+    }
+
+    /// The genome of the network.
+    #[getter]
+    fn genome(&self) -> Genome {
+        Genome(self.genome.clone())
+    }
+
+    fn __getnewargs__(&self) -> (Genome, Vec<f64>) {
+        (self.genome(), self.state())
+    }
+
+    fn __repr__(&self) -> String {
+        let (genome, kind) =
+            (&self.genome, if self.is_feed_forward() { "feed-forward" } else { "recurrent" });
+        let (inputs, outputs) = (genome.inputs(), genome.outputs());
+        format!("Network({inputs} inputs, {outputs} outputs, {} links, {kind})", genome.links().len())
+    }
+
+    fn _repr_svg_(&self) -> PyResult<String> {
+        crate::figure::draw_genome(&self.genome)
     }
 
     #[getter]
@@ -159,9 +230,16 @@ impl Network {
 /// The networks of many genomes, evaluated side by side on all threads.
 #[pyclass(module = "tropism.neat")]
 pub(crate) struct Networks {
+    genomes: Vec<tropism_neat::Genome>,
     networks: Vec<tropism_neat::Network>,
     inputs: usize,
     outputs: usize,
+}
+
+impl Networks {
+    fn of(genomes: Vec<tropism_neat::Genome>, inputs: usize, outputs: usize) -> Self {
+        Self { networks: genomes.iter().map(tropism_neat::Network::new).collect(), genomes, inputs, outputs }
+    }
 }
 
 /// Fewer activations than this are not worth other threads. Chosen: about 50 microseconds of work.
@@ -184,8 +262,46 @@ impl Networks {
                 other.0.outputs()
             )));
         }
-        let networks = genomes.iter().map(|genome| tropism_neat::Network::new(&genome.0)).collect();
-        Ok(Self { networks, inputs, outputs })
+        let genomes: Vec<_> = genomes.iter().map(|genome| genome.0.clone()).collect();
+        Ok(Self::of(genomes, inputs, outputs))
+    }
+
+    /// The genomes, in order.
+    #[getter]
+    fn genomes(&self) -> Vec<Genome> {
+        self.genomes.iter().cloned().map(Genome).collect()
+    }
+
+    /// The activations of each network, in the order of its genome's neurons.
+    #[getter]
+    fn states(&self) -> Vec<Vec<f64>> {
+        self.networks.iter().map(|network| network.state().to_vec()).collect()
+    }
+
+    fn __getnewargs__(&self) -> (Vec<Genome>,) {
+        (self.genomes(),)
+    }
+
+    fn __getstate__(&self) -> Vec<Vec<f64>> {
+        self.states()
+    }
+
+    fn __setstate__(&mut self, states: Vec<Vec<f64>>) -> PyResult<()> {
+        check_count(states.len(), self.networks.len(), "states")?;
+        for (network, state) in self.networks.iter_mut().zip(&states) {
+            check_count(state.len(), network.state().len(), "activations of a state")?;
+            network.set_state(state);
+        }
+        Ok(())
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Networks({} networks of {} inputs, {} outputs)",
+            self.networks.len(),
+            self.inputs,
+            self.outputs
+        )
     }
 
     fn __len__(&self) -> usize {
@@ -196,9 +312,10 @@ impl Networks {
     fn run<'py>(
         &mut self,
         py: Python<'py>,
-        inputs: PyReadonlyArrayDyn<'py, f64>,
+        inputs: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         check_fork()?;
+        let inputs = array_of(inputs, "inputs")?;
         let inputs = inputs.as_array();
         let count = self.networks.len();
         let is_shared = match inputs.shape() {
@@ -206,7 +323,7 @@ impl Networks {
             &[networks, _, width] if width == self.inputs && networks == count => false,
             shape => {
                 let wanted = format!("(rows, {}) or ({count}, rows, {})", self.inputs, self.inputs);
-                return Err(refused(format!("found inputs of shape {shape:?}, wanted {wanted}")));
+                return Err(refused(format!("found inputs of shape {}, wanted {wanted}", tuple_of(shape))));
             }
         };
         let rows = inputs.shape()[inputs.ndim() - 2];
@@ -244,12 +361,16 @@ impl Networks {
     fn activate<'py>(
         &mut self,
         py: Python<'py>,
-        inputs: PyReadonlyArray2<'py, f64>,
+        inputs: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let inputs = array_of(inputs, "inputs")?;
         let inputs = inputs.as_array();
         if inputs.shape() != [self.networks.len(), self.inputs] {
             let wanted = (self.networks.len(), self.inputs);
-            return Err(refused(format!("found inputs of shape {:?}, wanted {wanted:?}", inputs.shape())));
+            return Err(refused(format!(
+                "found inputs of shape {}, wanted {wanted:?}",
+                tuple_of(inputs.shape())
+            )));
         }
         let mut outputs = Array2::zeros((self.networks.len(), self.outputs));
         py.detach(|| {
@@ -310,7 +431,7 @@ impl Neat {
     fn networks(&self) -> Networks {
         let population = self.0.ask();
         let (inputs, outputs) = (population[0].inputs(), population[0].outputs());
-        Networks { networks: population.iter().map(tropism_neat::Network::new).collect(), inputs, outputs }
+        Networks::of(population.to_vec(), inputs, outputs)
     }
 
     /// Takes a score for each individual, larger is better; returns statistics of the generation (JSON).
@@ -374,9 +495,15 @@ impl Novelty {
     fn scores<'py>(
         &mut self,
         py: Python<'py>,
-        behaviours: PyReadonlyArray2<'py, f64>,
+        behaviours: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let rows: Vec<Vec<f64>> = behaviours.as_array().outer_iter().map(|row| row.to_vec()).collect();
+        let behaviours = array_of(behaviours, "behaviours")?;
+        if behaviours.ndim() != 2 {
+            let shape = tuple_of(behaviours.shape());
+            return Err(refused(format!("found behaviours of shape {shape}, wanted (individuals, numbers)")));
+        }
+        let rows: Vec<Vec<f64>> =
+            behaviours.as_array().outer_iter().map(|row| row.iter().copied().collect()).collect();
         let scores = py.detach(|| self.0.scores(&rows)).map_err(refused)?;
         Ok(scores.into_pyarray(py))
     }

@@ -1,13 +1,17 @@
 //! The virtual tent: its devices one by one, and episodes seen through photographs.
 
+use std::collections::BTreeMap;
+use std::num::NonZero;
 use std::ops::ControlFlow;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use numpy::ndarray::Array3;
-use numpy::{IntoPyArray, PyArray3};
+use numpy::ndarray::{Array1, Array2, Array3, Array4};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArray4};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use tropism::lamps::{Layout, Light};
+use tropism::lamps::Light;
 use tropism::observation::{Observation, Quality};
 use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, Clock, Flash, Lamps, Rig, RigError};
@@ -18,6 +22,7 @@ use tropism_bean::view::CAMERA;
 
 use crate::error::{TropismError, parsed, refused};
 use crate::parts::light_of;
+use crate::threads::check_fork;
 
 /// The pixels of an image: (height, width, 3).
 pub(crate) fn pixels(py: Python<'_>, image: Image) -> PyResult<Bound<'_, PyArray3<u8>>> {
@@ -153,30 +158,6 @@ impl Tent {
 
 type TentRig = Rig<TentHandle, TentHandle, TentHandle, TentHandle>;
 
-/// One episode.
-struct Episode {
-    rig: TentRig,
-    past: Past,
-    step: u32,
-    photo: Photo,
-}
-
-/// Episodes in the virtual tent: each step is a photograph in which the tracker finds the tip.
-#[pyclass(unsendable, module = "tropism._core")]
-pub(crate) struct TentEpisodes {
-    greenhouse: Greenhouse,
-    task: Task,
-    vision: VisionConfig,
-    period_min: f64,
-    episode: Option<Episode>,
-}
-
-impl TentEpisodes {
-    fn layout(&self) -> &Layout {
-        &self.greenhouse.layout
-    }
-}
-
 /// Waits for the next step of a tent, and looks at its photograph. Where no plant was ever seen, `instead` is carried forward.
 fn look(rig: &mut TentRig, instead: &Observation) -> Result<(Observation, Photo), RigError> {
     let step = rig.next_step();
@@ -193,10 +174,203 @@ fn look(rig: &mut TentRig, instead: &Observation) -> Result<(Observation, Photo)
     }
 }
 
+/// What all episodes of a batch of tents share.
+struct Tents {
+    greenhouse: Greenhouse,
+    task: Task,
+    vision: VisionConfig,
+    period_min: f64,
+}
+
+impl Tents {
+    /// Opens the tent with the plant of `seed`.
+    fn begin(&self, seed: u64) -> Result<(Episode, Report), String> {
+        let text = |error: &dyn std::fmt::Display| error.to_string();
+        let opened = self.greenhouse.open(seed, self.period_min, &self.vision);
+        let (handle, tracker) = opened.map_err(|error| text(&error))?;
+        let period = Duration::try_from_secs_f64(self.period_min * 60.0).map_err(|error| text(&error))?;
+        let hand = || handle.clone();
+        let layout = self.greenhouse.layout.clone();
+        let mut rig = Rig::new(hand(), hand(), hand(), hand(), tracker, period).with_layout(layout);
+        let start = Observation::simulated(self.task.start);
+        let (seen, photo) = look(&mut rig, &start).map_err(|error| text(&error))?;
+        let report = self.report(&seen, &photo, 0.0, false, false);
+        Ok((Episode { rig, past: Past::new(seen), step: 0 }, report))
+    }
+
+    /// Lights a lamp for one step.
+    fn step(&self, episode: &mut Episode, light: Light) -> Result<Report, String> {
+        let text = |error: RigError| error.to_string();
+        episode.rig.light(Some(light)).map_err(text)?;
+        let (after, photo) = look(&mut episode.rig, &episode.past.latest).map_err(text)?;
+        let reward = self.task.step_fitness(&episode.past, &after);
+        episode.step += 1;
+        let terminated = self.task.is_over(0, &after);
+        let truncated = !terminated && episode.step >= self.task.max_steps;
+        episode.past.push(after);
+        Ok(self.report(&episode.past.latest, &photo, reward, terminated, truncated))
+    }
+
+    fn report(
+        &self,
+        seen: &Observation,
+        photo: &Photo,
+        reward: f64,
+        terminated: bool,
+        truncated: bool,
+    ) -> Report {
+        let scene = &self.greenhouse.scene;
+        let (width, height) = (scene.width as usize, scene.height as usize);
+        let image = photo.decode().ok().filter(|image| (image.width, image.height) == (width, height));
+        // Black if the camera dropped it.
+        let rgb = image.map_or_else(|| vec![0; 3 * width * height], |image| image.rgb);
+        Report { seen: (seen.tip.x, seen.tip.y, seen.quality.name()), reward, terminated, truncated, rgb }
+    }
+}
+
+/// One episode.
+struct Episode {
+    rig: TentRig,
+    past: Past,
+    step: u32,
+}
+
+/// What a step of an episode gave.
+struct Report {
+    seen: (f64, f64, &'static str),
+    reward: f64,
+    terminated: bool,
+    truncated: bool,
+    /// Pixels of the photograph.
+    rgb: Vec<u8>,
+}
+
+/// What a worker is to do with the tent at a place.
+#[derive(Clone, Copy)]
+enum Order {
+    Begin(u64),
+    Step(Light),
+}
+
+/// A thread with some of the tents: a rig stays on the thread on which it was opened.
+struct Worker {
+    orders: Sender<Vec<(usize, Order)>>,
+    reports: Mutex<Receiver<Vec<(usize, Result<Report, String>)>>>,
+}
+
+impl Worker {
+    fn new(tents: Arc<Tents>) -> Self {
+        let (orders, to_do) = channel::<Vec<(usize, Order)>>();
+        let (done, reports) = channel();
+        std::thread::spawn(move || {
+            let mut episodes: BTreeMap<usize, Episode> = BTreeMap::new();
+            let mut work = |(place, order): (usize, Order)| {
+                let report = match order {
+                    Order::Begin(seed) => tents.begin(seed).map(|(episode, report)| {
+                        episodes.insert(place, episode);
+                        report
+                    }),
+                    Order::Step(light) => match episodes.get_mut(&place) {
+                        Some(episode) => tents.step(episode, light),
+                        None => Err(format!("tent {place}: no episode has begun: call reset before step")),
+                    },
+                };
+                (place, report)
+            };
+            // It ends with the batch, whose end of the channel is then gone.
+            for orders in to_do {
+                let _ = done.send(orders.into_iter().map(&mut work).collect());
+            }
+        });
+        Self { orders, reports: Mutex::new(reports) }
+    }
+}
+
+/// Arrays of some tents: pictures, tips, qualities, rewards, terminated, truncated.
+type TentSteps<'py> = (
+    Bound<'py, PyArray4<u8>>,
+    Bound<'py, PyArray2<f64>>,
+    Vec<&'static str>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<bool>>,
+);
+
+/// Episodes in virtual tents side by side: each step is a photograph in which the tracker finds the tip.
+#[pyclass(module = "tropism._core")]
+pub(crate) struct TentBatch {
+    tents: Arc<Tents>,
+    workers: Vec<Worker>,
+    count: usize,
+}
+
+impl TentBatch {
+    /// Gives the orders to the workers that have these tents, and waits for all.
+    fn work<'py>(&mut self, py: Python<'py>, orders: &[(usize, Order)]) -> PyResult<TentSteps<'py>> {
+        check_fork()?;
+        if self.workers.is_empty() {
+            let threads = std::thread::available_parallelism().map_or(1, NonZero::get).min(self.count);
+            self.workers.extend((0..threads).map(|_| Worker::new(Arc::clone(&self.tents))));
+        }
+        let count = self.workers.len();
+        let mut reports: BTreeMap<usize, Result<Report, String>> = BTreeMap::new();
+        let gone = || TropismError::new_err("a thread with virtual tents ended: a fault of tropism");
+        let is_done = py.detach(|| {
+            let shares = (0..count).map(|worker| {
+                orders.iter().filter(|(place, _)| place % count == worker).copied().collect::<Vec<_>>()
+            });
+            let sent =
+                self.workers.iter().zip(shares).map(|(worker, share)| worker.orders.send(share).is_ok());
+            let is_sent = sent.fold(true, |all, one| all && one);
+            is_sent
+                && self.workers.iter_mut().all(|worker| {
+                    let receiver = worker.reports.get_mut().unwrap_or_else(PoisonError::into_inner);
+                    receiver.recv().map(|share| reports.extend(share)).is_ok()
+                })
+        });
+        if !is_done {
+            return Err(gone());
+        }
+        let scene = &self.tents.greenhouse.scene;
+        let shape = (orders.len(), scene.height as usize, scene.width as usize, 3);
+        let mut rgb = Vec::with_capacity(shape.0 * shape.1 * shape.2 * 3);
+        let (mut tips, mut qualities, mut rewards) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut terminated, mut truncated) = (Vec::new(), Vec::new());
+        for report in reports.into_values() {
+            let report = report.map_err(refused)?;
+            rgb.extend(report.rgb);
+            tips.extend([report.seen.0, report.seen.1]);
+            qualities.push(report.seen.2);
+            rewards.push(report.reward);
+            terminated.push(report.terminated);
+            truncated.push(report.truncated);
+        }
+        Ok((
+            Array4::from_shape_vec(shape, rgb).map_err(refused)?.into_pyarray(py),
+            Array2::from_shape_vec((orders.len(), 2), tips).map_err(refused)?.into_pyarray(py),
+            qualities,
+            Array1::from_vec(rewards).into_pyarray(py),
+            Array1::from_vec(terminated).into_pyarray(py),
+            Array1::from_vec(truncated).into_pyarray(py),
+        ))
+    }
+
+    fn check_place(&self, place: usize) -> PyResult<()> {
+        if place < self.count {
+            return Ok(());
+        }
+        Err(refused(format!("found tent {place}, wanted 0 to {}", self.count - 1)))
+    }
+}
+
 #[pymethods]
-impl TentEpisodes {
+impl TentBatch {
     #[new]
-    fn new(greenhouse: &str, task: &str, vision: &str, period_min: f64) -> PyResult<Self> {
+    #[pyo3(signature = (greenhouse, task, vision, period_min, count=1))]
+    fn new(greenhouse: &str, task: &str, vision: &str, period_min: f64, count: usize) -> PyResult<Self> {
+        if count == 0 {
+            return Err(refused("found 0 tents, wanted at least one"));
+        }
         let task = task_of(task)?;
         if task.is_in_space() {
             return Err(refused("task: found a task in space, wanted one for the front camera alone"));
@@ -204,69 +378,76 @@ impl TentEpisodes {
         let greenhouse = opened_for(&task, greenhouse)?;
         let vision = parsed("vision", vision)?;
         greenhouse.open(0, period_min, &vision).map_err(refused)?;
-        Ok(Self { greenhouse, task, vision, period_min, episode: None })
+        let tents = Arc::new(Tents { greenhouse, task, vision, period_min });
+        Ok(Self { tents, workers: Vec::new(), count })
     }
 
-    /// Opens the tent with the plant of `seed`; returns (tip x, tip y, quality) of the first photograph.
-    fn reset(&mut self, seed: u64) -> PyResult<(f64, f64, &'static str)> {
-        let (handle, tracker) = self.greenhouse.open(seed, self.period_min, &self.vision).map_err(refused)?;
-        let period = Duration::try_from_secs_f64(self.period_min * 60.0).map_err(refused)?;
-        let hand = || handle.clone();
-        let mut rig =
-            Rig::new(hand(), hand(), hand(), hand(), tracker, period).with_layout(self.layout().clone());
-        let start = Observation::simulated(self.task.start);
-        let (seen, photo) = look(&mut rig, &start).map_err(broken)?;
-        let found = (seen.tip.x, seen.tip.y, seen.quality.name());
-        self.episode = Some(Episode { rig, past: Past::new(seen), step: 0, photo });
-        Ok(found)
+    fn __len__(&self) -> usize {
+        self.count
     }
 
-    /// Lights a lamp for one step; returns (tip x, tip y, quality, reward, terminated, truncated).
-    fn step(&mut self, action: usize) -> PyResult<(f64, f64, &'static str, f64, bool, bool)> {
-        let light = Light::new(action).filter(|light| self.layout().contains(*light));
-        let wanted =
-            || refused(format!("found action {action}, wanted 0 to {}: a lamp", self.layout().len() - 1));
-        let light = light.ok_or_else(wanted)?;
-        let Some(episode) = &mut self.episode else {
-            return Err(refused("found no episode, wanted `reset` first"));
+    /// Opens tents, each with the plant of its seed; what their first photographs show, in the order of the places.
+    fn begin<'py>(
+        &mut self,
+        py: Python<'py>,
+        places: Vec<usize>,
+        seeds: Vec<u64>,
+    ) -> PyResult<TentSteps<'py>> {
+        if seeds.len() != places.len() {
+            return Err(refused(format!("found {} seeds, wanted {}", seeds.len(), places.len())));
+        }
+        places.iter().try_for_each(|&place| self.check_place(place))?;
+        let orders: Vec<_> = places.into_iter().zip(seeds.into_iter().map(Order::Begin)).collect();
+        self.work(py, &orders)
+    }
+
+    /// Lights a lamp in each of the tents at `places`, for one step.
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        places: Vec<usize>,
+        actions: Vec<i64>,
+    ) -> PyResult<TentSteps<'py>> {
+        if actions.len() != places.len() {
+            return Err(refused(format!("found {} actions, wanted {}", actions.len(), places.len())));
+        }
+        places.iter().try_for_each(|&place| self.check_place(place))?;
+        let layout = &self.tents.greenhouse.layout;
+        let light = |action: i64| {
+            let light =
+                usize::try_from(action).ok().and_then(Light::new).filter(|light| layout.contains(*light));
+            let most = layout.len() - 1;
+            light.ok_or_else(|| refused(format!("found action {action}, wanted 0 to {most}: a lamp")))
         };
-        episode.rig.light(Some(light)).map_err(broken)?;
-        let (after, photo) = look(&mut episode.rig, &episode.past.latest).map_err(broken)?;
-        let reward = self.task.step_fitness(&episode.past, &after);
-        episode.step += 1;
-        let terminated = self.task.is_over(0, &after);
-        let truncated = !terminated && episode.step >= self.task.max_steps;
-        episode.past.push(after);
-        episode.photo = photo;
-        let seen = &episode.past.latest;
-        Ok((seen.tip.x, seen.tip.y, seen.quality.name(), reward, terminated, truncated))
-    }
-
-    /// The pixels of the last photograph: (height, width, 3); black if the camera dropped it.
-    fn pixels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u8>>> {
-        let Some(episode) = &self.episode else {
-            return Err(refused("found no episode, wanted `reset` first"));
-        };
-        let scene = &self.greenhouse.scene;
-        let (width, height) = (scene.width as usize, scene.height as usize);
-        let black = || Image { width, height, rgb: vec![0; 3 * width * height] };
-        let image =
-            episode.photo.decode().ok().filter(|image| (image.width, image.height) == (width, height));
-        pixels(py, image.unwrap_or_else(black))
+        let lights = actions.into_iter().map(light).collect::<PyResult<Vec<_>>>()?;
+        let orders: Vec<_> = places.into_iter().zip(lights.into_iter().map(Order::Step)).collect();
+        self.work(py, &orders)
     }
 
     #[getter]
     fn lamps(&self) -> Vec<String> {
-        self.layout().lamps().iter().map(|lamp| lamp.name.clone()).collect()
+        self.tents.greenhouse.layout.lamps().iter().map(|lamp| lamp.name.clone()).collect()
     }
 
     #[getter]
     fn size(&self) -> (u32, u32) {
-        (self.greenhouse.scene.width, self.greenhouse.scene.height)
+        (self.tents.greenhouse.scene.width, self.tents.greenhouse.scene.height)
+    }
+
+    /// The task with all its keys, as JSON.
+    #[getter]
+    fn task(&self) -> PyResult<String> {
+        serde_json::to_string(&self.tents.task).map_err(refused)
+    }
+
+    /// The lamps with their places, as JSON.
+    #[getter]
+    fn layout(&self) -> PyResult<String> {
+        serde_json::to_string(&self.tents.greenhouse.layout).map_err(refused)
     }
 
     #[getter]
     fn best_fitness(&self) -> Option<f64> {
-        self.task.best_fitness()
+        self.tents.task.best_fitness()
     }
 }

@@ -19,7 +19,10 @@ use tropism_lab::sweep::{SweepConfig, SweepPlan};
 use tropism_lab::{Error, Monitor, RunPlan, Workflow};
 use tropism_neat::Generation;
 
-use crate::error::{Interrupted, Paused, PlanError, TropismError, parsed, refused, with_causes};
+use crate::error::{
+    Interrupted, MissingFileError, Paused, PlanError, TropismError, is_missing_file, of_file, parsed,
+    refused, with_causes,
+};
 use crate::threads;
 
 /// Time between two looks at signals and progress. Chosen: an interruption is to be heard within a tenth of a second.
@@ -143,6 +146,7 @@ macro_rules! workflows {
 }
 
 workflows! {
+    "acceptance" => tropism_lab::grow::AcceptancePlan,
     "baseline" => tropism_lab::baseline::BaselinePlan,
     "calibrate" => tropism_lab::calibrate::CalibratePlan,
     "calibrate_camera" => tropism_lab::calibrate_camera::CalibrateCameraPlan,
@@ -153,9 +157,13 @@ workflows! {
     "fit" => tropism_lab::fit::FitPlan,
     "forecast" => tropism_lab::forecast::ForecastPlan,
     "grow" => tropism_lab::grow::GrowPlan,
+    "guide" => tropism_lab::track::GuidePlan,
+    "kinematics" => tropism_lab::grow::KinematicsPlan,
+    "recovery" => tropism_lab::calibrate::RecoveryPlan,
     "replicates" => tropism_lab::replicates::ReplicatesPlan,
     "report" => tropism_lab::report::ReportPlan,
     "run" => RunPlan,
+    "safe_state" => tropism_lab::safe_state::SafeStatePlan,
     "score" => tropism_lab::score::ScorePlan,
     "show" => tropism_lab::show::ShowPlan,
     "simulate" => tropism_lab::simulate::SimulatePlan,
@@ -177,6 +185,7 @@ fn of_lab(error: Error) -> PyErr {
         Error::Interrupted { .. } | Error::Cancelled(_) => Interrupted::new_err(text),
         Error::Paused { .. } => Paused::new_err(text),
         Error::Plan(_) => PlanError::new_err(text),
+        error if is_missing_file(&error) => MissingFileError::new_err(text),
         _ => TropismError::new_err(text),
     }
 }
@@ -369,8 +378,29 @@ pub(crate) fn read_controller(path: PathBuf) -> PyResult<String> {
 #[pyfunction]
 pub(crate) fn read_species(path: PathBuf) -> PyResult<String> {
     let species: tropism_bean::Species =
-        tropism_lab::files::read_toml(&path).map_err(|error| refused(with_causes(&error)))?;
+        tropism_lab::files::read_toml(&path).map_err(|error| of_file(&error))?;
     Ok(json(&species))
+}
+
+/// The task of a task file, a champion, a rule or a run folder, as JSON.
+#[pyfunction]
+pub(crate) fn read_task(path: PathBuf) -> PyResult<String> {
+    tropism_lab::task::read(&path).map(|task| json(&task)).map_err(of_lab)
+}
+
+/// The settings in a TOML file, such as a study, a rig or a plant file, as JSON.
+#[pyfunction]
+pub(crate) fn read_settings(path: PathBuf) -> PyResult<String> {
+    let settings: serde_json::Value =
+        tropism_lab::files::read_toml(&path).map_err(|error| of_file(&error))?;
+    Ok(settings.to_string())
+}
+
+/// The controller that a network alone makes, as the JSON of a plan: it sees x and y of the tip, as in the paper.
+#[pyfunction]
+pub(crate) fn champion_of(genome: &crate::neat::Genome) -> PyResult<String> {
+    let champion = tropism::evolve::Champion::from_json(&genome.0.to_json()).map_err(refused)?;
+    tropism_lab::ControllerSpec::network(champion).map(|spec| json(&spec)).map_err(of_lab)
 }
 
 pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {

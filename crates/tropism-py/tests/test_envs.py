@@ -17,6 +17,7 @@ from tropism.loop import CoreController, species
 from tropism.tracks import Track
 
 gymnasium = pytest.importorskip("gymnasium")
+tropism.register_envs()
 for name in ("SDL_VIDEODRIVER", "SDL_AUDIODRIVER"):
     os.environ.setdefault(name, "dummy")
 
@@ -71,8 +72,9 @@ def has_pygame() -> bool:
     return True
 
 
-def test_importing_tropism_registers_before_and_after_gymnasium() -> None:
-    for order in ("import tropism, gymnasium", "import gymnasium, tropism", "import tropism; import gymnasium as g"):
+def test_importing_tropism_registers_where_gymnasium_is_loaded() -> None:
+    orders = ("import gymnasium, tropism", "import tropism.envs", "import tropism, gymnasium; tropism.register_envs()")
+    for order in orders:
         code = f"{order}; import gymnasium; print(sum(name.startswith('tropism/') for name in gymnasium.registry))"
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
         assert done.stdout == "6\n"
@@ -362,7 +364,7 @@ def test_options_reach_the_plants() -> None:
 
 
 def test_what_is_wrong_is_named() -> None:
-    with pytest.raises(tropism.PlanError, match="greenhouse: bena: unknown field"):
+    with pytest.raises(tropism.PlanError, match="greenhouse: bena: unknown key"):
         gymnasium.make("tropism/Bean-v0", greenhouse={"bena": 1})
     with pytest.raises(tropism.PlanError, match="found a model of the tip"):
         gymnasium.make("tropism/Stem-v0", model=tropism.loop.Model.of_virtual_beans("tip", plants=1, steps=50))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("gymnasium")
+pytest.importorskip("tropism.envs")
 
 
 def example(name: str) -> ModuleType:
@@ -124,3 +125,25 @@ def test_an_lstm_is_a_plant_model() -> None:
     assert left < right - 1.0
     evolved = loop.evolve(model, {"max_steps": 20}, runs=1, generations=2, neat={"population": 6})
     assert len(evolved) == 1 and np.isfinite(evolved[0].fitness)
+
+
+@pytest.mark.slow
+def test_stable_baselines_learns_decisions_of_some_steps() -> None:
+    stable_baselines3 = pytest.importorskip("stable_baselines3", reason="no Stable-Baselines3: its example is not run")
+    from tropism.sb3 import make_vec_env
+
+    learning = example("learn_with_sb3.py")
+    plants = learning.Steered(make_vec_env("tropism/Bean-v0", 8, seed=1))
+    model = stable_baselines3.PPO("MlpPolicy", plants, n_steps=64, batch_size=256, seed=1, device="cpu")
+    model.learn(512, callback=learning.UntilSolved(10.0, 60.0))
+    found = learning.score(model, 1, 4)
+    assert len(found) == 4 and np.isfinite(found).all()
+
+
+@pytest.mark.slow
+def test_an_offline_data_set_holds_the_episodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for package in ("minari", "h5py", "jax"):
+        pytest.importorskip(package, reason=f"no {package}: no data set is written")
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    data = example("offline_dataset.py").record(3, "tropism/test-v0")
+    assert data.total_episodes == 3 and data.total_steps > 300

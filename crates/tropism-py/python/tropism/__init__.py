@@ -1,52 +1,81 @@
 """Steers living plants with light: the loop of Wahby et al. 2016, from Python.
 
-Workflows take a plan and give results: `grow`, `run`, `track`, `fit`, `forecast`, `evolve`, `simulate`, `transfer`, `study`,
-`sweep`, `score`, `report`. `tropism.neat` evolves networks for any fitness. `tropism.envs` has Gymnasium environments, which
-are registered when `gymnasium` is imported. `tropism.loop` closes the loop with parts of your own.
+    import tropism
 
+    tropism.grow(plants=6, out="beans")                         # tracks of virtual beans
+    tropism.fit("beans", out="model.json")                      # a model of how they move
+    tropism.evolve("model.json", out="runs")                    # controllers
+    tropism.transfer(["greedy", "runs/champion.json"], out="transfer")
+
+| what | where |
+|---|---|
+| workflows: a function each, which takes what the command takes, and objects | `grow`, `track`, `fit`, `evolve`, `transfer`, ... |
+| tables of tips; models of plants | `Track`, `Model` |
+| NEAT for any fitness | `tropism.neat` |
+| the loop with parts of your own | `tropism.loop` |
+| Gymnasium; Stable-Baselines3 | `tropism.envs`, `tropism.sb3` |
+
+A path is a `str` or a `os.PathLike`, a controller is "greedy", "periodic", a file, a genome or data, a task is a file or data.
 Results on virtual plants are labelled `is_virtual`: they are no measurement of a living plant.
 """
 
 from typing import TYPE_CHECKING
 
 from tropism import _register
-from tropism._core import Interrupted, Paused, PlanError, TropismError, __version__
+from tropism._core import __version__
+from tropism._register import register_envs
+from tropism.errors import Interrupted, MissingFileError, Paused, PlanError, TropismError, WrongTypeError
 from tropism.monitor import Monitor
-from tropism.results import Results
-from tropism.sweeps import sweep, sweep_units
-from tropism.workflows import (
-    PLANS,
-    Plan,
-    controller_of,
+from tropism.plan import Plan, execute
+from tropism.plans import (
+    acceptance,
+    baseline,
+    calibrate,
+    calibrate_camera,
+    check,
+    depth,
     evolve,
-    execute,
+    export,
     fit,
     forecast,
     grow,
-    quick_study,
+    guide,
+    kinematics,
+    recovery,
+    replicates,
     report,
-    resume,
     run,
+    safe_state,
     score,
     show,
     simulate,
+    status,
+    stop,
     study,
+    timelapse,
     track,
     transfer,
     tune,
 )
+from tropism.results import Results
+from tropism.sweeps import sweep, sweep_units
+from tropism.workflows import PLANS, controller_of, quick_study, resume
 
 if TYPE_CHECKING:
     import tropism.envs as envs
     import tropism.loop as loop
     import tropism.neat as neat
+    import tropism.sb3 as sb3
+    from tropism.models import Model
     from tropism.runs import Run
     from tropism.tracks import Track
 
 __all__ = [
-    "PLANS",
     "Interrupted",
+    "MissingFileError",
+    "Model",
     "Monitor",
+    "PLANS",
     "Paused",
     "Plan",
     "PlanError",
@@ -54,43 +83,65 @@ __all__ = [
     "Run",
     "Track",
     "TropismError",
+    "WrongTypeError",
     "__version__",
+    "acceptance",
+    "baseline",
+    "calibrate",
+    "calibrate_camera",
+    "check",
     "controller_of",
+    "depth",
     "envs",
     "evolve",
     "execute",
+    "export",
     "fit",
     "forecast",
     "grow",
+    "guide",
+    "kinematics",
     "loop",
     "neat",
     "quick_study",
+    "recovery",
+    "register_envs",
+    "replicates",
     "report",
     "resume",
     "run",
+    "safe_state",
+    "sb3",
     "score",
     "show",
     "simulate",
+    "status",
+    "stop",
     "study",
     "sweep",
     "sweep_units",
+    "timelapse",
     "track",
     "transfer",
     "tune",
 ]
 
-_LAZY = {"Run": "runs", "Track": "tracks"}
+_LAZY = {"Model": "models", "Run": "runs", "Track": "tracks"}
 
 
 def __getattr__(name: str) -> object:
     """Imports what needs numpy or Gymnasium when it is first asked for: `import tropism` stays quick."""
     from importlib import import_module
 
-    if name in {"envs", "loop", "neat"}:
+    if name in {"envs", "loop", "neat", "sb3"}:
         return import_module(f"tropism.{name}")
     if name in _LAZY:
         return getattr(import_module(f"tropism.{_LAZY[name]}"), name)
     raise AttributeError(f"module 'tropism' has no attribute {name!r}")
 
 
-_register.when_gymnasium_is_imported()
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+_register.where_gymnasium_is()

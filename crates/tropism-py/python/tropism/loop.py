@@ -24,8 +24,11 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tropism import _core
-from tropism._core import Genome, Model, Noise, Observation
+from tropism import _core, edge
+from tropism._core import Genome, Noise, Observation
+from tropism.edge import AnyController, AnySettings, AnyTask
+from tropism.errors import PlanError, TropismError, WrongTypeError, of_call
+from tropism.models import Model
 from tropism.tracks import Track
 
 __all__ = [
@@ -204,16 +207,22 @@ class Tent:
     `greenhouse` has the keys of docs/reference/virtual-plants.md: species, variation, scene and faults; `seed` selects the
     plant. The tent has what the settings of a `task` need: its obstacles, and for targets in space four lamps and a camera at
     the side.
+
+    >>> import tropism
+    >>> tent = tropism.loop.Tent(seed=1)
+    >>> tent.photograph()[:2]
+    b'\\xff\\xd8'
     """
 
     def __init__(
         self,
         seed: int = 1,
-        greenhouse: Settings | None = None,
+        greenhouse: AnySettings | None = None,
         period_min: float = 5.0,
-        task: Settings | None = None,
+        task: AnyTask | None = None,
     ) -> None:
-        self._tent = _core.Tent(json.dumps(dict(greenhouse or {})), seed, period_min, json.dumps(dict(task or {})))
+        tent, wanted = edge.greenhouse(greenhouse), edge.task(task)
+        self._tent = _core.Tent(json.dumps(tent), seed, period_min, json.dumps(wanted))
         self.period_min = period_min
 
     def photograph(self) -> bytes:
@@ -246,8 +255,7 @@ class Tent:
 
     def _check_solids(self, task: Task | Settings | None) -> None:
         if isinstance(task, Mapping) and not self._tent.has_solids_of(json.dumps(dict(task))):
-            text = "found a tent without the obstacles of the task, wanted Tent(..., task=task)"
-            raise _core.PlanError(text)
+            raise PlanError("found a tent without the obstacles of the task, wanted Tent(..., task=task)")
 
     def rig(self, camera: Any = None, lamps: Any = None) -> Rig:
         """This tent as a rig, with a camera and lamps of your own in place of its own."""
@@ -282,22 +290,28 @@ class NetworkController(Controller):
 
 
 class CoreController(Controller):
-    """A controller of the core as an object: greedy, periodic, an evolved network or a tuned rule.
+    """A controller of the core as an object: greedy, periodic, an evolved network, a tuned rule or a planner.
 
-    `spec` is data: {"kind": "greedy"}, {"kind": "periodic", "minutes": 360}, or what `tropism.controller_of` reads.
+    `spec` is a word ("greedy", "periodic"), a file, a genome, or data, such as {"kind": "periodic", "minutes": 360}.
+
+    >>> import tropism
+    >>> tropism.loop.CoreController("greedy").decide_at(0.0, 4.0)
+    1
     """
 
     def __init__(
         self,
-        spec: Settings,
-        task: Settings | None = None,
+        spec: AnyController,
+        task: AnyTask | None = None,
         layout: Sequence[Settings] | None = None,
         period_min: float = 5.0,
     ) -> None:
-        lamps = json.dumps(list(layout or _PAPER_LAMPS))
-        self._decider = _core.Decider(json.dumps(dict(spec)), json.dumps(dict(task or {})), lamps, period_min)
+        self._made_of = (edge.controller(spec), edge.task(task), edge.plain(list(layout or _PAPER_LAMPS)), period_min)
+        controller, wanted, lamps, _ = map(json.dumps, self._made_of)
+        self._decider = _core.Decider(controller, wanted, lamps, period_min)
 
     def decide(self, seen: Observation) -> int:
+        """The lamp for what is seen now."""
         return self._decider.decide(seen.x, seen.y, seen.stem, seen.z)
 
     def decide_at(
@@ -308,54 +322,104 @@ class CoreController(Controller):
         stem: Sequence[Sequence[float]] | NDArray[np.float64] | None = None,
     ) -> int:
         """The lamp for a tip at (x, y), or (x, y, z) in space, and points of the stem from the base up; in cm."""
-        return self._decider.decide(x, y, stem, z)
+        return self._decider.decide(float(x), float(y), stem, z)
+
+    def __repr__(self) -> str:
+        return f"CoreController({self._made_of[0]['kind']!r})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A fresh one: what a controller remembers begins with its experiment.
+        return CoreController, self._made_of
 
 
-def _settings(value: Any) -> Any:
-    """Settings as JSON, an object of Python as it is; None is the paper's."""
-    if value is None:
-        return "{}"
-    return json.dumps(dict(value)) if isinstance(value, Mapping) else value
+def _task(value: Any) -> Any:
+    """A task as JSON, one of Python as it is; None is the paper's."""
+    return value if isinstance(value, Task) else json.dumps(edge.task(value))
 
 
-_GREEDY: Settings = {"kind": "greedy"}
+def _controller(value: Any) -> Any:
+    """A controller as JSON, one of Python as it is."""
+    if isinstance(value, Controller) or (hasattr(value, "decide") and not isinstance(value, Mapping)):
+        return value
+    return json.dumps(edge.controller(value))
+
+
+def _model(value: Any) -> Any:
+    """A model of the core, or one of Python as it is."""
+    if isinstance(value, PlantModel) or hasattr(value, "seedling"):
+        return value
+    return Model.of(value)._model
+
+
+def _layout(model: Any) -> str:
+    """The lamps of a model of Python; a model of the core knows its own."""
+    return json.dumps(list(getattr(model, "lamps", None) or _PAPER_LAMPS)) if hasattr(model, "seedling") else "[]"
 
 
 def simulate(
-    model: Model | PlantModel,
-    controller: Controller | Settings = _GREEDY,
-    task: Task | Settings | None = None,
+    model: Model | PlantModel | edge.PathLike,
+    controller: Controller | AnyController = "greedy",
+    task: Task | AnyTask | None = None,
     seed: int = 1,
     episode: int = 0,
 ) -> tuple[Track, float]:
-    """Steers plant number `episode` of a model under `seed`: its track and its fitness."""
-    layout = json.dumps(list(getattr(model, "lamps", None) or _PAPER_LAMPS)) if isinstance(model, PlantModel) else "[]"
-    track, fitness = _core.simulate_loop(model, _settings(controller), _settings(task), layout, seed, episode)
+    """Steers plant number `episode` of a model under `seed`: its track and its fitness.
+
+    >>> import tropism
+    >>> model = tropism.Model.of_virtual_beans(plants=2, steps=100)
+    >>> track, fitness = tropism.loop.simulate(model, task={"max_steps": 10})
+    >>> len(track)
+    11
+    """
+    try:
+        track, fitness = _core.simulate_loop(
+            _model(model), _controller(controller), _task(task), _layout(model), seed, episode
+        )
+    except TropismError as error:
+        raise of_call(error, "loop.simulate") from None
     return Track(track), fitness
 
 
 def grow(
-    controller: Controller | Settings = _GREEDY,
-    task: Task | Settings | None = None,
+    controller: Controller | AnyController = "greedy",
+    task: Task | AnyTask | None = None,
     seed: int = 1,
-    greenhouse: Settings | None = None,
+    greenhouse: AnySettings | None = None,
     period_min: float = 5.0,
 ) -> tuple[Track, float]:
-    """Steers the virtual bean of `seed` without photographs: its track and its fitness."""
-    track, fitness = _core.grow_loop(_settings(greenhouse), _settings(controller), _settings(task), seed, period_min)
+    """Steers the virtual bean of `seed` without photographs: its track and its fitness.
+
+    >>> import tropism
+    >>> track, fitness = tropism.loop.grow("greedy", {"max_steps": 10})
+    >>> len(track)
+    11
+    """
+    tent = json.dumps(edge.greenhouse(greenhouse))
+    try:
+        track, fitness = _core.grow_loop(tent, _controller(controller), _task(task), seed, period_min)
+    except TropismError as error:
+        raise of_call(error, "loop.grow") from None
     return Track(track), fitness
 
 
 def run(
-    rig: Rig | Tent, controller: Controller | Settings = _GREEDY, task: Task | Settings | None = None
+    rig: Rig | Tent, controller: Controller | AnyController = "greedy", task: Task | AnyTask | None = None
 ) -> tuple[Track, float]:
     """Closes the loop over a rig until the task is over, and puts the lamps out: the track and the fitness.
 
     Nothing is recorded on the disk: `tropism.run` makes run folders, which survive a power cut.
+
+    >>> import tropism
+    >>> track, fitness = tropism.loop.run(tropism.loop.Tent(seed=1), "greedy", {"max_steps": 2})
+    >>> len(track)
+    3
     """
+    wanted = task if isinstance(task, Task) else edge.task(task)
     if isinstance(rig, Tent):
-        rig._check_solids(task)
+        rig._check_solids(wanted)
         rig = rig.rig()
+    if not isinstance(rig, Rig):
+        raise WrongTypeError(f"loop.run: found {edge.kind_of(rig)}, wanted a Rig or a Tent")
     side = rig.side and {
         "camera": rig.side.camera,
         "calibration": json.dumps(dict(rig.side.calibration)),
@@ -372,8 +436,8 @@ def run(
         json.dumps(dict(rig.vision)),
         json.dumps(list(rig.layout)),
         rig.period_min,
-        _settings(controller),
-        _settings(task),
+        _controller(controller),
+        _task(task),
         side,
     )
     return Track(track), fitness
@@ -381,7 +445,14 @@ def run(
 
 @dataclass(frozen=True)
 class Evolved:
-    """The best genome of a run of evolution, its fitness, and statistics of each generation."""
+    """The best genome of a run of evolution, its fitness, and statistics of each generation.
+
+    >>> import tropism
+    >>> model = tropism.Model.of_virtual_beans(plants=1, steps=60)
+    >>> [best] = tropism.loop.evolve(model, {"max_steps": 5}, runs=1, generations=2, neat={"population": 6})
+    >>> best.genome.inputs
+    2
+    """
 
     genome: Genome
     fitness: float
@@ -389,25 +460,43 @@ class Evolved:
 
 
 def evolve(
-    model: Model | PlantModel, task: Task | Settings | None = None, seed: int = 1, **evolution: Any
+    model: Model | PlantModel | edge.PathLike, task: Task | AnyTask | None = None, seed: int = 1, **evolution: Any
 ) -> list[Evolved]:
     """Evolves networks for a task on a model, either of which may be your own: one result a run.
 
     `evolution` has the keys of studies/evolution.toml: runs, generations, episodes, neat, sensors, start, method.
+
+    >>> import tropism
+    >>> model = tropism.Model.of_virtual_beans(plants=1, steps=60)
+    >>> len(tropism.loop.evolve(model, {"max_steps": 5}, runs=2, generations=2, neat={"population": 6}))
+    2
     """
-    layout = json.dumps(list(getattr(model, "lamps", None) or _PAPER_LAMPS)) if isinstance(model, PlantModel) else "[]"
-    runs = _core.evolve_loop(model, _settings(task), json.dumps(evolution), layout, seed)
+    settings = json.dumps(edge.settings(evolution, "evolution"))
+    try:
+        runs = _core.evolve_loop(_model(model), _task(task), settings, _layout(model), seed)
+    except TropismError as error:
+        raise of_call(error, "loop.evolve") from None
     return [Evolved(genome, fitness, json.loads(history)) for genome, fitness, history in runs]
 
 
-def greenhouse_for(task: Settings, greenhouse: Settings | None = None) -> dict[str, Any]:
-    """The `greenhouse` of `tropism.grow` and others with what a task needs: obstacles; in space, four lamps and two cameras."""
-    text = _core.greenhouse_for(json.dumps(dict(task)), json.dumps(dict(greenhouse or {})))
+def greenhouse_for(task: AnyTask, greenhouse: AnySettings | None = None) -> dict[str, Any]:
+    """The `greenhouse` of `tropism.grow` and others with what a task needs: obstacles; in space, four lamps and two cameras.
+
+    >>> import tropism
+    >>> len(tropism.loop.greenhouse_for({"kind": "space", "targets": [[2, 6]], "depths_cm": [1]})["layout"])
+    4
+    """
+    text = _core.greenhouse_for(json.dumps(edge.task(task)), json.dumps(edge.greenhouse(greenhouse)))
     values: dict[str, Any] = json.loads(text)
     return values
 
 
-def species(path: Any) -> dict[str, Any]:
-    """The plants of a bean file, for the key `bean` of a greenhouse: `beans/internodal-bean.toml` bends by other equations."""
-    values: dict[str, Any] = json.loads(_core.read_species(path))
-    return values
+def species(path: edge.PathLike) -> dict[str, Any]:
+    """The plants of a bean file, for the key `bean` of a greenhouse: `beans/internodal-bean.toml` bends by other equations.
+
+    >>> import tropism
+    >>> tropism.loop.species("nothing.toml")  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.MissingFileError: nothing.toml: cannot read
+    """
+    return edge.species(path)

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from tropism import _core
 from tropism._core import Genome, Network, Networks
+from tropism.errors import PlanError
 
 if TYPE_CHECKING:
     import networkx
@@ -84,11 +85,15 @@ def config(preset: str = "multineat", **changes: Any) -> dict[str, Any]:
     """The parameters of a preset (multineat, stanley2002, wahby2016, ball_keeper), with changes.
 
     Raises PlanError if a parameter is unknown.
+
+    >>> import tropism
+    >>> tropism.neat.config("stanley2002", population=30)["population"]
+    30
     """
     values: dict[str, Any] = json.loads(_core.neat_config(preset))
     for key, value in changes.items():
         if key not in values:
-            raise _core.PlanError(f"found parameter {key!r}, wanted one of {', '.join(values)}")
+            raise PlanError(f"found parameter {key!r}, wanted one of {', '.join(values)}")
         values[key] = value
     return values
 
@@ -98,6 +103,16 @@ class Neat:
 
     `inputs` excludes the bias, which every network has. Parameters are those of `config`: a preset, and changes by name.
     One seed gives the same bits on every machine and with any number of threads.
+
+    >>> import numpy as np
+    >>> from tropism.neat import Neat
+    >>> cases, wanted = np.array([[0, 0], [0, 1], [1, 0], [1, 1]]), np.array([0, 1, 1, 0])
+    >>> neat = Neat(inputs=2, outputs=1, seed=42, feed_forward=True)
+    >>> for _ in range(3):
+    ...     outputs = neat.networks().run(cases)
+    ...     generation = neat.tell(4 - ((outputs[:, :, 0] - wanted) ** 2).sum(axis=1))
+    >>> generation.generation, neat.champion.fitness > 2
+    (2, True)
     """
 
     def __init__(self, inputs: int, outputs: int, seed: int = 1, preset: str = "multineat", **parameters: Any) -> None:
@@ -130,7 +145,7 @@ class Neat:
             if watch is not None:
                 watch(generation)
         if self.champion is None:
-            raise _core.PlanError(f"found {generations} generations, wanted at least one")
+            raise PlanError(f"found {generations} generations, wanted at least one")
         return self.champion
 
     @property
@@ -202,18 +217,29 @@ class Neat:
 
 
 class Novelty:
-    """Novelty search: behaviour descriptors become scores, for tasks with a deceptive objective."""
+    """Novelty search: behaviour descriptors become scores, for tasks with a deceptive objective.
+
+    >>> from tropism.neat import Novelty
+    >>> Novelty().scores([[0, 0], [0, 1], [5, 5]]).shape
+    (3,)
+    """
 
     def __init__(self, **settings: Any) -> None:
         self._novelty = _core.Novelty(json.dumps(settings))
 
-    def scores(self, behaviours: NDArray[np.float64]) -> NDArray[np.float64]:
+    def scores(self, behaviours: Any) -> NDArray[np.float64]:
         """The novelty of each behaviour, a row each: (individuals, numbers) in, (individuals,) out. The archive grows."""
         return self._novelty.scores(behaviours)
 
 
 def to_networkx(genome: Genome) -> networkx.DiGraph[int]:
-    """The genome as a directed graph: neurons by id with kind, depth and activation, links with weight and innovation."""
+    """The genome as a directed graph: neurons by id with kind, depth and activation, links with weight and innovation.
+
+    >>> import tropism
+    >>> genome = tropism.neat.Neat(inputs=2, outputs=1).ask()[0]
+    >>> tropism.neat.to_networkx(genome).number_of_nodes() == len(genome.neurons)
+    True
+    """
     import networkx
 
     graph: networkx.DiGraph[int] = networkx.DiGraph()
@@ -230,6 +256,11 @@ def to_onnx(genome: Genome) -> onnx.ModelProto:
     A feed-forward network has the input `inputs` (rows, inputs) and the output `outputs` (rows, outputs). Any other network has
     the input `state` and the output `next_state` (rows, neurons), too: the model is one synchronous step, which begins
     with a state of zeros.
+
+    >>> import tropism
+    >>> genome = tropism.neat.Neat(inputs=2, outputs=1, feed_forward=True).ask()[0]
+    >>> [output.name for output in tropism.neat.to_onnx(genome).graph.output]
+    ['outputs']
     """
     from tropism.onnx_export import exported
 

@@ -16,10 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from tropism import _core
+from tropism.edge import settings
+from tropism.errors import Interrupted, PlanError, TropismError
 from tropism.monitor import Monitor, Progress
+from tropism.plan import execute
+from tropism.plans import SweepPlan
 from tropism.results import SweepResults
 from tropism.storage import Mirror, execute_at, execute_unit, is_address
-from tropism.workflows import SweepPlan, execute
 
 #: Seconds between two questions of a unit whether to end. Chosen: a thousand units ask an actor a thousand times a second, which
 #: is a tenth of what one answers.
@@ -68,7 +71,7 @@ class _Asking(Monitor):
 
 def _absolute(plan: SweepPlan) -> SweepPlan:
     """The plan with paths that mean the same on each worker, whose working folder is another one."""
-    config = dict(plan.config or {})
+    config = settings(plan.config)
     folder = os.path.abspath(os.fspath(plan.folder)) if plan.folder else os.getcwd()
     if config.get("model"):
         config["model"] = os.path.join(folder, os.fspath(config["model"]))
@@ -86,7 +89,7 @@ def _unit(
     import ray
 
     if ray.get(ending.is_over.remote()):
-        raise _core.Interrupted("interrupted before it began")
+        raise Interrupted("interrupted before it began")
     began = time.monotonic()
     before = resource.getrusage(resource.RUSAGE_SELF)
     order = {"sweep": json.loads(plan), "unit": number}
@@ -116,7 +119,7 @@ def execute_units(
         import ray.exceptions
     except ImportError as error:
         text = 'found no Ray, wanted it for the engine ray: pip install "ray[default]"'
-        raise _core.TropismError(text) from error
+        raise TropismError(text) from error
     plan = _absolute(replace(plan, threads=None))
     plan.check()
     units: list[dict[str, Any]] = json.loads(_core.sweep_units(plan.to_json()))
@@ -124,10 +127,10 @@ def execute_units(
     mirror = Mirror(out, Path(), storage_options) if is_address(out) else None
     is_there = mirror.has("sweep.toml") if mirror else Path(out, "sweep.toml").exists()
     if is_there and not plan.resume:
-        raise _core.PlanError(f"{out}: found a sweep here already, wanted a new folder (`out`) or `resume`")
-    if mirror and not is_there and plan.config and plan.config.get("model"):
+        raise PlanError(f"{out}: found a sweep here already, wanted a new folder (`out`) or `resume`")
+    if mirror and not is_there and (model := settings(plan.config).get("model")):
         # Workers find the model beside the sweep: the disk of this machine is not theirs.
-        mirror.write("model.json", Path(plan.config["model"]).read_bytes())
+        mirror.write("model.json", Path(model).read_bytes())
     monitor: Monitor | None = Progress() if plan.monitor is None else plan.monitor or None
     started = not ray.is_initialized()
     if started:
@@ -162,12 +165,12 @@ def execute_units(
                     monitor.advance(1)
                     monitor.status(named[costs[-1]["number"]])
             if monitor is not None and not monitor.may_go_on():
-                raise _core.Interrupted(f"interrupted: {out} is saved; `resume` goes on")
+                raise Interrupted(f"interrupted: {out} is saved; `resume` goes on")
     except ray.exceptions.RayTaskError as error:
-        raise _core.TropismError(str(error.cause)) from error
+        raise TropismError(str(error.cause)) from error
     except ray.exceptions.WorkerCrashedError as error:
         text = f"{out}: a unit lost its worker more than {retries} times; `resume` goes on"
-        raise _core.TropismError(text) from error
+        raise TropismError(text) from error
     finally:
         if running:
             # Units that still work save what they did.

@@ -6,7 +6,10 @@ import html
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
+
+if TYPE_CHECKING:
+    import pandas
 
 
 def _wrapped(value: Any, kind: type[Results]) -> Any:
@@ -20,7 +23,15 @@ def _wrapped(value: Any, kind: type[Results]) -> Any:
 class Results(Mapping[str, Any]):
     """What a workflow found. Keys are attributes, too: `results.mean_fitness` is `results["mean_fitness"]`.
 
-    Those that a subclass names have a type; one that is named and not there is None.
+    Those that a subclass names have a type; one that is named and not there is None. A notebook shows them as a table, with the
+    figures of a report.
+
+    >>> import tropism
+    >>> results = tropism.Results({"plants": 2, "fitness": [1.5, 2.5]})
+    >>> results.plants, results["fitness"]
+    (2, [1.5, 2.5])
+    >>> results.to_pandas()["fitness"].tolist()
+    [1.5, 2.5]
     """
 
     #: The results of a workflow that are results themselves: the type of each.
@@ -61,6 +72,23 @@ class Results(Mapping[str, Any]):
         """The plain data."""
         return dict(self._values)
 
+    def to_pandas(self, key: str | None = None) -> pandas.DataFrame:
+        """A list of these results as a frame: that of `key`, or of the longest list."""
+        import pandas
+
+        lists = {name: value for name, value in self._values.items() if isinstance(value, list)}
+        if key is None:
+            key = max(lists, key=lambda name: len(lists[name]), default=None)
+        if key is None or key not in lists:
+            raise KeyError(
+                f"found no list {key!r} in these results, wanted one of {', '.join(lists) or 'those with lists'}"
+            )
+        rows = [row if isinstance(row, dict) else {key: row} for row in lists[key]]
+        return pandas.DataFrame(pandas.json_normalize(rows))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self._values,)
+
     def figures(self) -> list[Path]:
         """The figures (SVG) beside a report, in order."""
         report = self._values.get("report")
@@ -72,12 +100,37 @@ class Results(Mapping[str, Any]):
         for key, value in self._values.items():
             if key.startswith("_"):
                 continue
-            text = json.dumps(value)
-            text = text if len(text) <= 300 else text[:300] + " …"
-            rows.append(f"<tr><th style='text-align:left'>{html.escape(key)}</th><td>{html.escape(text)}</td></tr>")
+            rows.append(f"<tr><th style='text-align:left'>{html.escape(key)}</th><td>{_cell(value)}</td></tr>")
         label = "<p><em>virtual plants</em></p>" if self._values.get("is_virtual") else ""
         figures = "".join(path.read_text(encoding="utf-8") for path in self.figures())
         return f"{label}<table>{''.join(rows)}</table>{figures}"
+
+
+def _cell(value: Any) -> str:
+    """A value in a table of a notebook: lists of settings as a table of their plain values."""
+    if isinstance(value, list) and value and all(isinstance(row, dict) for row in value):
+        names = [name for name, item in value[0].items() if not isinstance(item, (dict, list))]
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in names)
+        rows = ["".join(f"<td>{html.escape(_short(row.get(name)))}</td>" for name in names) for row in value[:20]]
+        more = f"<tr><td>… {len(value) - 20} more</td></tr>" if len(value) > 20 else ""
+        return f"<table><tr>{head}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}{more}</table>"
+    return html.escape(_short(value))
+
+
+def _short(value: Any) -> str:
+    """A value in at most 300 letters; numbers with five digits."""
+    if isinstance(value, float):
+        return f"{value:.5g}"
+    text = value if isinstance(value, str) else json.dumps(value)
+    return text if len(text) <= 300 else text[:300] + " …"
+
+
+class Rows(Results):
+    """Results with one entry a row, also where there is only one."""
+
+    @classmethod
+    def of_json(cls, found: Any) -> Results:
+        return cls({"rows": found if isinstance(found, list) else [found]})
 
 
 class GrowResults(Results):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tropism import _core
+from tropism.errors import MissingFileError
 from tropism.tracks import Track
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ class Run:
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self.folder = Path(folder)
         if not (self.folder / "run.toml").exists():
-            raise _core.PlanError(f"{self.folder}: found no run.toml, wanted a run folder")
+            raise MissingFileError(f"{self.folder}: found no run.toml, wanted a run folder")
 
     @property
     def track(self) -> Track:

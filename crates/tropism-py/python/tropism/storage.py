@@ -17,9 +17,12 @@ from pathlib import Path
 from typing import Any
 
 from tropism import _core
+from tropism.edge import settings
+from tropism.errors import PlanError, TropismError
 from tropism.monitor import Monitor, Progress
+from tropism.plan import execute
+from tropism.plans import SweepPlan
 from tropism.results import SweepResults
-from tropism.workflows import SweepPlan, execute
 
 #: Seconds between two looks at what changed. Chosen: far below the minute between two checkpoints.
 PUSH_S = 1.0
@@ -38,11 +41,11 @@ class Mirror:
             from fsspec.core import url_to_fs
         except ImportError as error:
             text = f"found no fsspec, wanted it for {address}: pip install 'tropism[fsspec]'"
-            raise _core.TropismError(text) from error
+            raise TropismError(text) from error
         try:
             self.files, root = url_to_fs(address, **dict(options or {}))
         except (ImportError, ValueError) as error:
-            raise _core.PlanError(f"out: found {address}, wanted an address that fsspec reads: {error}") from error
+            raise PlanError(f"out: found {address}, wanted an address that fsspec reads: {error}") from error
         self.address = address
         self.folder = folder
         self._root: str = root.rstrip("/")
@@ -166,7 +169,7 @@ def plan_at(address: str, options: Mapping[str, Any] | None = None) -> SweepPlan
     """The plan that goes on with the sweep at an address, from what is there alone."""
     with mirror_of(address, options) as mirror:
         if not mirror.has("sweep.toml"):
-            raise _core.PlanError(f"{address}: found no sweep.toml, wanted a sweep to go on with, or a sweep file")
+            raise PlanError(f"{address}: found no sweep.toml, wanted a sweep to go on with, or a sweep file")
         mirror.fetch("sweep.toml")
         plan = SweepPlan(**json.loads(_core.plan_of_folder("sweep", mirror.folder)))
     # The folder of the mirror is gone; the model is fetched again. Replicates name a folder of their own.
@@ -180,12 +183,12 @@ def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> SweepResul
     with mirror_of(address, options) as mirror:
         if mirror.has("sweep.toml") and not plan.resume:
             text = f"{address}: found a sweep here already, wanted a new address (`out`) or `resume`"
-            raise _core.PlanError(text)
+            raise PlanError(text)
         mirror.fetch()
         progress = Progress() if plan.monitor is None else None
         listener = Pushing(mirror, progress or plan.monitor or None)
         model = mirror.folder / "model.json"
-        config = dict(plan.config or {})
+        config = settings(plan.config)
         if model.exists():
             config["model"] = os.fspath(model)
         try:

@@ -12,11 +12,11 @@ import json
 import sys
 from typing import Any
 
-from tropism import _core
+from tropism.errors import TropismError
+from tropism.plans import SweepPlan
 from tropism.ray_engine import execute_units
 from tropism.storage import is_address, plan_at
 from tropism.sweeps import sweep
-from tropism.workflows import SweepPlan
 
 
 def execute_order(order: dict[str, Any]) -> None:
@@ -38,7 +38,7 @@ def main() -> int:
         execute_order(order)
     except KeyboardInterrupt:
         return 130
-    except (_core.TropismError, OSError) as error:
+    except (TropismError, OSError) as error:
         # The keys of the plan as options of the command.
         text = str(error).replace("`resume`", "--resume").replace("`out`", "--out")
         print(text, file=sys.stderr)

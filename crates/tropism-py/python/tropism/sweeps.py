@@ -9,10 +9,12 @@ from dataclasses import replace
 from typing import Any, Literal
 
 from tropism import _core
+from tropism.edge import PathLike, settings
+from tropism.errors import PlanError
 from tropism.monitor import Monitor
+from tropism.plan import execute
+from tropism.plans import SweepPlan
 from tropism.results import SweepResults
-from tropism.storage import execute_at, is_address
-from tropism.workflows import PathLike, SweepPlan, execute
 
 
 def sweep(
@@ -40,9 +42,14 @@ def sweep(
     unit whose worker is lost goes on from its last checkpoint, `retries` times at most. `storage_options` are those of the
     address's file system. `workers` bounds the units that work at once, `threads` the threads of each (1 by
     default with Ray).
+
+    >>> import tropism
+    >>> tropism.sweep({"nonsense": 1})  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.PlanError: sweep: config.nonsense: unknown key
     """
     chosen = as_plan(plan)
-    config = dict(chosen.config or {})
+    config = settings(chosen.config)
     if grid is not None:
         config["grid"] = dict(grid)
     if model is not None:
@@ -53,9 +60,11 @@ def sweep(
     if resume is not None:
         chosen = replace(chosen, resume=resume)
     if engine == "local":
+        from tropism.storage import execute_at, is_address
+
         return execute_at(chosen, storage_options) if is_address(chosen.out) else execute(chosen)
     if engine != "ray":
-        raise _core.PlanError(f"found engine {engine!r}, wanted local or ray")
+        raise PlanError(f"found engine {engine!r}, wanted local or ray")
     from tropism.ray_engine import sweep_on_ray
 
     return sweep_on_ray(
@@ -69,7 +78,11 @@ def sweep(
 
 
 def as_plan(plan: SweepPlan | Mapping[str, Any] | PathLike) -> SweepPlan:
-    """The plan of a sweep: as it is, of the settings of a sweep file, or of the file at a path."""
+    """The plan of a sweep: as it is, of the settings of a sweep file, or of the file at a path.
+
+    >>> as_plan({"seeds": 3}).config
+    {'seeds': 3}
+    """
     if isinstance(plan, SweepPlan):
         return plan
     if isinstance(plan, Mapping):
@@ -79,6 +92,14 @@ def as_plan(plan: SweepPlan | Mapping[str, Any] | PathLike) -> SweepPlan:
 
 
 def sweep_units(plan: SweepPlan | Mapping[str, Any] | PathLike) -> list[dict[str, Any]]:
-    """The units of work of a sweep, in order: number, name, setting and seed of each."""
+    """The units of work of a sweep, in order: number, name, setting and seed of each.
+
+    >>> import tropism
+    >>> model = tropism.Model.of_virtual_beans(plants=1, steps=60)
+    >>> model.write("model.json")
+    >>> config = {"model": "model.json", "seeds": [1, 2], "grid": {"evolution": {"generations": [2, 4]}}}
+    >>> len(tropism.sweep_units(config))
+    4
+    """
     units: list[dict[str, Any]] = json.loads(_core.sweep_units(as_plan(plan).to_json()))
     return units

@@ -1,0 +1,2754 @@
+"""The plan and the function of each workflow. Written by scripts/python-workflows from the Rust sources: do not edit."""
+
+# ruff: noqa: E501
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+
+from tropism.edge import AnyController, AnyModel, AnyNetwork, AnySettings, AnyTask, AnyTrack, PathLike, Settings
+from tropism.monitor import Monitor
+from tropism.plan import Plan, execute
+from tropism.results import (
+    EvolveResults,
+    FitResults,
+    ForecastResults,
+    GrowResults,
+    ReportResults,
+    Results,
+    Rows,
+    RunResults,
+    ScoreResults,
+    Share,
+    ShowResults,
+    SimulateResults,
+    StudyResults,
+    SweepResults,
+    TrackResults,
+    TransferResults,
+    TuneResults,
+)
+
+__all__ = [
+    "AcceptancePlan",
+    "AcceptanceResults",
+    "AcceptanceRow",
+    "BaselinePlan",
+    "BaselineResults",
+    "CalibrateCameraPlan",
+    "CalibrateCameraResults",
+    "CalibratePlan",
+    "CalibrateResults",
+    "Calibration",
+    "CheckPlan",
+    "CheckResults",
+    "DepthPlan",
+    "DepthResults",
+    "DeviceResult",
+    "EvolvePlan",
+    "ExportPlan",
+    "ExportResults",
+    "Finding",
+    "FitPlan",
+    "ForecastPlan",
+    "GrowPlan",
+    "GuidePlan",
+    "GuideResults",
+    "KinematicsPlan",
+    "KinematicsResults",
+    "LeftOut",
+    "Lens",
+    "MeanAndInterval",
+    "MeasuredQuantity",
+    "MethodResults",
+    "ParameterEstimate",
+    "ParameterRecovery",
+    "PlantEstimates",
+    "RecoveryPlan",
+    "RecoveryResults",
+    "ReplicateResults",
+    "ReplicatesPlan",
+    "ReplicatesResults",
+    "ReportPlan",
+    "RunPlan",
+    "SafeStatePlan",
+    "SafeStateResults",
+    "ScenarioResults",
+    "ScorePlan",
+    "ShowPlan",
+    "SimulatePlan",
+    "StatusPlan",
+    "StatusResults",
+    "StopPlan",
+    "StopResults",
+    "StudyPlan",
+    "SweepPlan",
+    "TimelapsePlan",
+    "TimelapseResults",
+    "TrackPlan",
+    "TransferPlan",
+    "TunePlan",
+    "UnitFindings",
+    "UnitPlan",
+    "UnitResults",
+    "acceptance",
+    "baseline",
+    "calibrate",
+    "calibrate_camera",
+    "check",
+    "depth",
+    "evolve",
+    "export",
+    "fit",
+    "forecast",
+    "grow",
+    "guide",
+    "kinematics",
+    "recovery",
+    "replicates",
+    "report",
+    "run",
+    "safe_state",
+    "score",
+    "show",
+    "simulate",
+    "status",
+    "stop",
+    "study",
+    "timelapse",
+    "track",
+    "transfer",
+    "tune",
+]
+
+
+class AcceptanceRow(Results):
+    """A statistic with its accepted range."""
+
+    #: Number of the statistic in `docs/validation/bean-statistics.md`; some have several rows.
+    number: int
+    #: What was measured, with its unit.
+    statistic: str
+    #: The value.
+    value: float
+    #: The least accepted value.
+    least: float
+    #: The greatest accepted value; `None` without an upper limit.
+    most: float | None
+    #: Whether the value lies in the range.
+    holds: bool
+
+
+class AcceptanceResults(Rows):
+    """Of `acceptance`: a row each."""
+
+    rows: list[AcceptanceRow]
+    _kinds = {"rows": AcceptanceRow}
+
+
+class BaselineResults(Results):
+    """The fitness of random controllers."""
+
+    #: Number of controllers.
+    count: int
+    #: Best fitness, in cm.
+    best: float
+    #: Median fitness, in cm.
+    median: float
+    #: Processor time, in s.
+    cpu_seconds: float
+
+
+class ParameterEstimate(Results):
+    """The estimate of one parameter."""
+
+    #: Key of the bean file.
+    key: str
+    #: The estimate, in the unit of `PARAMETERS`.
+    value: float
+    #: Lower end of the 90 % interval.
+    low: float
+    #: Upper end of the 90 % interval.
+    high: float
+    #: Share of the estimate that is the species' own and not the track's, 0 to 1.
+    prior_share: float
+
+
+class PlantEstimates(Results):
+    """The estimates of one plant."""
+
+    #: Its track file.
+    track: str
+    #: Distance of the fitted plant's tip to the track's, root mean square, in cm.
+    rms_cm: float
+    #: One estimate a parameter, in the order of `PARAMETERS`.
+    estimates: list[ParameterEstimate]
+    _kinds = {"estimates": ParameterEstimate}
+
+
+class CalibrateResults(Rows):
+    """Of `calibrate`: a row each."""
+
+    rows: list[PlantEstimates]
+    _kinds = {"rows": PlantEstimates}
+
+
+class Lens(Results):
+    """Map from a picture to the plane of the stem.
+
+    Its origin is anywhere in the plane; `Calibration` moves it to the root.  `Calibration`:
+    crate::vision::Calibration
+    """
+
+    #: Distortion k of the division model, for radii in halves of the picture's diagonal: negative for barrel
+    #: distortion, 0 for none, above -1 and below 1.
+    distortion: float
+    #: Homography by rows: from undistorted points, in halves of the diagonal from the picture's centre with y down, to
+    #: cm in the plane with y up.
+    homography: list[list[float]]
+
+
+class Calibration(Results):
+    """Map from the pictures of one camera to the plane of the stem, in cm ("stored in cm and scaled to the
+    dimensions of the experiment setup", section 2.2.2).
+
+     It is one scale for the whole picture, or a `Lens` that was fitted to a checkerboard.  ``` use
+    tropism::geometry::{Pixel, Point}; use tropism::vision::Calibration; let calibration =
+    Calibration::from_scale(Pixel::new(320.0, 400.0), 10.0, 640, 480);
+    assert_eq!(calibration.point(Pixel::new(340.0, 370.0)), Point::new(2.0, 3.0)); ```
+    """
+
+    #: The root: the pixel where the stem leaves the soil, which is (0, 0) cm.
+    base: Any
+    #: Scale in the plane of the stem, in pixels per cm; with a lens, around the root.
+    px_per_cm: float
+    #: Columns of the calibrated pictures.
+    width: int
+    #: Rows of the calibrated pictures.
+    height: int
+    #: Root mean square residual of the marks or corners that it was fitted to, in mm; `None` where they determine it
+    #: exactly.
+    residual_mm: float | None
+    #: Lens distortion and perspective; `None` is a camera without either.
+    lens: Lens | None
+    _kinds = {"lens": Lens}
+
+
+class CalibrateCameraResults(Results):
+    """A calibration, and how well it agrees with what it was made from."""
+
+    #: The file of the calibration.
+    out: str
+    #: The calibration.
+    calibration: Calibration
+    #: Root mean square distance of the corners from where the lens projects them, in pixels; with a checkerboard only.
+    residual_px: float | None
+    #: Inner corners found; with a checkerboard only.
+    corners: int | None
+    _kinds = {"calibration": Calibration}
+
+
+class Finding(Results):
+    """One finding."""
+
+    #: What it is about.
+    group: Literal["settings", "system", "camera", "flash", "lamps", "plant", "broker", "alerts", "rehearsal"]
+    #: How bad it is.
+    verdict: Literal["pass", "warn", "fail"]
+    #: What was found.
+    found: str
+    #: What to do about it; `None` for a pass.
+    remedy: str | None
+
+
+class CheckResults(Results):
+    """What a check found."""
+
+    #: Rig file.
+    rig: str
+    #: Whether the tent is virtual.
+    is_virtual: bool
+    #: Version of tropism.
+    version: str
+    #: Whether nothing was switched, photographed or sent.
+    is_dry: bool
+    #: How many warn.
+    warn: int
+    #: How many fail.
+    fail: int
+    #: All findings, in the order in which they were made.
+    findings: list[Finding]
+    _kinds = {"findings": Finding}
+
+
+class DepthResults(Results):
+    """A track in space, in numbers: the JSON file beside it."""
+
+    #: The file of the track.
+    track: str
+    #: Whether the plant is virtual.
+    is_virtual: bool
+    #: Steps with a tip in space.
+    steps: int
+    #: Steps with a whole stem in space, from the base to an apex that both cameras see.
+    stems: int
+    #: Distance between the two rays to the tip: median and maximum, in cm.
+    tip_gap_cm: list[float]
+
+
+class LeftOut(Results):
+    """A photograph that was left out."""
+
+    #: Where it would be in the export.
+    path: str
+    #: What is wrong with it.
+    problem: str
+
+
+class ExportResults(Results):
+    """What was exported."""
+
+    #: Archive or folder.
+    out: str
+    #: Whether the plant is virtual.
+    is_virtual: bool
+    #: Whether the run is over.
+    is_over: bool
+    #: Recorded steps.
+    steps: int
+    #: Files of the export.
+    files: int
+    #: Their size.
+    bytes: int
+    #: Photographs that were left out.
+    left_out: list[LeftOut]
+    _kinds = {"left_out": LeftOut}
+
+
+class GuideResults(Results):
+    """A guide, and the photographs on it."""
+
+    #: The file of the page.
+    guide: str
+    #: Names of the photographs on the page.
+    shown: list[str]
+
+
+class MeasuredQuantity(Results):
+    """A quantity of the virtual plant beside its published value."""
+
+    #: What was measured, with its unit.
+    quantity: str
+    #: The value of the virtual plant.
+    value: float
+    #: The published value of living plants, with its source.
+    published: str
+
+
+class KinematicsResults(Results):
+    """The figures of a `KinematicsPlan`, and what was measured in them."""
+
+    #: Always true.
+    is_virtual: bool
+    #: Measured quantities.
+    measured: list[MeasuredQuantity]
+    _kinds = {"measured": MeasuredQuantity}
+
+
+class ParameterRecovery(Results):
+    """How well one parameter is recovered, over all virtual plants."""
+
+    #: Key of the bean file.
+    key: str
+    #: Mean error, as a share of the true value.
+    bias: float
+    #: Root mean square error, as a share of the true value.
+    error: float
+    #: Root mean square error of the species' typical value, as a share of the true value: the error without any track.
+    error_of_typical: float
+    #: Share of the 90 % intervals that contain the true value.
+    coverage: float
+
+
+class RecoveryResults(Rows):
+    """Of `recovery`: a row each."""
+
+    rows: list[ParameterRecovery]
+    _kinds = {"rows": ParameterRecovery}
+
+
+class MeanAndInterval(Results):
+    """A mean with its 95 % interval, by bootstrap over replicates and plants."""
+
+    #: Mean, in cm.
+    mean: float
+    #: Ends of the interval, in cm.
+    interval: list[float]
+
+
+class ReplicateResults(Results):
+    """The controller of one replicate."""
+
+    #: Fitness that the replicate predicted.
+    expected: float | None
+    #: Mean fitness on the test plants.
+    mean: float
+    #: 95 % interval of the mean, by bootstrap over the plants.
+    interval: list[float]
+    #: Share of plants with a fitness under 6 cm.
+    under_6: float
+    #: Share of plants on which the whole task was done.
+    done: Share | None
+    _kinds = {"done": Share}
+
+
+class MethodResults(Results):
+    """A method in one scenario."""
+
+    #: Its name.
+    name: str
+    #: Fitness over replicates and plants.
+    fitness: MeanAndInterval
+    #: Fitness minus that of the greedy rule on the same plants.
+    over_greedy: MeanAndInterval
+    #: Fitness minus that of the reference controller on the same plants.
+    over_reference: MeanAndInterval | None
+    #: Fitness minus that of the first method of the same replicate on the same plants; `None` for the first.
+    over_first: MeanAndInterval | None
+    #: Share of plants with a fitness under 6 cm.
+    under_6: float
+    #: Share of plants on which the whole task was done, as a mean over replicates.
+    done: float | None
+    #: Median distance at the crossing of each target's height, in cm, as a mean over replicates; `None` if no plant of
+    #: one reached it.
+    target_medians_cm: list[float | None]
+    #: Fitness minus what the replicate predicted, as a mean over replicates; `None` where none is predicted.
+    over_expected: float | None
+    #: The greatest error of a prediction.
+    worst_prediction: float | None
+    #: Processor time of a replicate after its tracks, in s, as a mean.
+    cpu_seconds: float
+    #: One entry a replicate.
+    replicates: list[ReplicateResults]
+    _kinds = {
+        "fitness": MeanAndInterval,
+        "over_greedy": MeanAndInterval,
+        "over_reference": MeanAndInterval,
+        "over_first": MeanAndInterval,
+        "replicates": ReplicateResults,
+    }
+
+
+class ScenarioResults(Results):
+    """All controllers of one scenario."""
+
+    #: Its name.
+    name: str
+    #: Species of the plants.
+    species: str
+    #: Individual variation of the plants as a multiple of that of the species.
+    scale: float
+    #: Its task in a few words.
+    task: str
+    #: Plants that judge the controllers.
+    test_plants: int
+    #: Whether the judged tip is measured in photographs.
+    photographs: bool
+    #: Greatest possible fitness.
+    best_possible: float | None
+    #: The dormant control: the left lamp stays lit.
+    constant: BaselineResults
+    #: The greedy rule.
+    greedy: BaselineResults
+    #: The rule that was tuned on virtual plants themselves.
+    reference: BaselineResults | None
+    #: One entry a method; none where the rules by hand alone are judged.
+    methods: list[MethodResults]
+    _kinds = {
+        "constant": BaselineResults,
+        "greedy": BaselineResults,
+        "reference": BaselineResults,
+        "methods": MethodResults,
+    }
+
+
+class ReplicatesResults(Results):
+    """The comparison of methods.
+
+    Fitness is in cm; in turns where a stem is to wind round a pole.
+    """
+
+    #: `tropism.replicates/1`.
+    schema: str
+    #: Version of the software.
+    version: str
+    #: Always true.
+    is_virtual: bool
+    #: Number of replicates; 0 where the study has no methods.
+    replicates: int
+    #: Plants that judge the controllers of a scenario which names no other number.
+    test_plants: int
+    #: One entry a scenario.
+    scenarios: list[ScenarioResults]
+    _kinds = {"scenarios": ScenarioResults}
+
+
+class DeviceResult(Results):
+    """What one device answered."""
+
+    #: `flash`, `lamps`, or a lamp by its name, such as `left lamp`.
+    device: str
+    #: Whether it confirmed that it is off.
+    is_off: bool
+    #: Why it is not known to be off.
+    problem: str | None
+
+
+class SafeStateResults(Results):
+    """What was switched off."""
+
+    #: Rig file or run folder.
+    rig: str
+    #: Whether the tent is virtual: then nothing is lit.
+    is_virtual: bool
+    #: Whether the lamps were left as they are.
+    is_kept: bool
+    #: Each device that was printed.
+    devices: list[DeviceResult]
+    _kinds = {"devices": DeviceResult}
+
+
+class StatusResults(Results):
+    """What the work in a folder does now."""
+
+
+class StopResults(Results):
+    """What was ended."""
+
+    #: The folder.
+    folder: str
+    #: Number of the process that worked in it.
+    process: int | None
+    #: Whether a process worked in it.
+    was_running: bool
+    #: Seconds until the process had ended.
+    seconds: float
+
+
+class UnitFindings(Results):
+    """What one unit of work found of one kind."""
+
+    #: Scenario and method of replicates, such as `common-bean/rule`; empty for an evolution.
+    case: str
+    #: Of an evolution the best fitness of each run; of a method its mean fitness over replicates and plants.
+    fitness: list[float]
+    #: Of an evolution the mean fitness of each run's champion on unseen plants of the model.
+    mean_in_model: list[float]
+    #: Generation at which the median over runs of the best fitness of a generation comes within 2 % of its final
+    #: value.
+    saturation_generation: int | None
+    #: Evaluated genomes of all runs.
+    evaluations: int | None
+
+
+class UnitResults(Results):
+    """What one unit of work found: the content of its `unit.json`.
+
+    The same bits on every machine. Fitness is in cm.
+    """
+
+    #: `tropism.sweep-unit/1`.
+    schema: str
+    #: Version of the software.
+    version: str
+    #: Its name, which is that of its folder: `setting-1-seed-1`.
+    unit: str
+    #: Name of its setting.
+    setting: str
+    #: Its seed.
+    seed: int
+    #: Whether the plants were virtual, or a model of such.
+    is_virtual: bool
+    #: What it found: one entry for an evolution, one for each method in each scenario for replicates.
+    found: list[UnitFindings]
+    #: SHA-256 of the files that hold it, in hexadecimal.
+    sha256: Mapping[str, Any]
+    _kinds = {"found": UnitFindings}
+
+
+class TimelapseResults(Results):
+    """What was made."""
+
+    #: The film; `None` if only the composite was made.
+    film: str | None
+    #: The composite.
+    composite: str
+    #: Photographs of the run.
+    photographs: int
+    #: Pictures of the film.
+    pictures: int
+    #: Photographs that cannot be read, or are of another size than the first.
+    left_out: int
+    #: Width in pixels.
+    width: int
+    #: Height in pixels.
+    height: int
+    #: Whether the plant is virtual; `None` if it is not known.
+    is_virtual: bool | None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class AcceptancePlan(Plan[AcceptanceResults]):
+    """Compares virtual beans of a species with what is published on *Phaseolus vulgaris*."""
+
+    workflow: ClassVar[str] = "acceptance"
+    results = AcceptanceResults
+    roles: ClassVar[Mapping[str, str]] = {"species": "species"}
+    species: AnySettings | None = None
+    seed: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class BaselinePlan(Plan[BaselineResults]):
+    """Evaluates random networks, each drawn as NEAT draws its initial population, on simulated plants of a model."""
+
+    workflow: ClassVar[str] = "baseline"
+    results = BaselineResults
+    roles: ClassVar[Mapping[str, str]] = {"model": "model", "task": "task", "neat": "settings", "out": "path"}
+    model: AnyModel | None = None
+    task: AnyTask | None = None
+    neat: AnySettings | None = None
+    count: int | None = None
+    seed: int | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class CalibratePlan(Plan[CalibrateResults]):
+    """Estimates the parameters of plants from their open-loop tracks."""
+
+    workflow: ClassVar[str] = "calibrate"
+    results = CalibrateResults
+    roles: ClassVar[Mapping[str, str]] = {"tracks": "tracks", "species": "species", "out": "path"}
+    tracks: AnyTrack | Sequence[AnyTrack] | None = None
+    interval_min: float | None = None
+    species: AnySettings | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class CalibrateCameraPlan(Plan[CalibrateCameraResults]):
+    """The photograph to calibrate from, and what gives its scale.
+
+     The default is the paper's camera: 74 cm in front of the plant (section 2.1), with the lens of
+    Frame::WIDTH_CM.
+    """
+
+    workflow: ClassVar[str] = "calibrate_camera"
+    results = CalibrateCameraResults
+    roles: ClassVar[Mapping[str, str]] = {"base": "settings", "photograph": "path", "out": "path"}
+    photograph: PathLike | None = None
+    scale: Any | None = None
+    base: AnySettings | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class CheckPlan(Plan[CheckResults]):
+    """The rig to check."""
+
+    workflow: ClassVar[str] = "check"
+    results = CheckResults
+    roles: ClassVar[Mapping[str, str]] = {"rehearsal": "settings", "rig": "path", "data": "path", "photographs": "path"}
+    rig: PathLike | None = None
+    dry: bool | None = None
+    only: (
+        Sequence[Literal["settings", "system", "camera", "flash", "lamps", "plant", "broker", "alerts", "rehearsal"]]
+        | None
+    ) = None
+    rehearsal: AnySettings | None = None
+    data: PathLike | None = None
+    photographs: PathLike | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class DepthPlan(Plan[DepthResults]):
+    """Two tracks to triangulate.
+
+    The default has both cameras at the distance of the paper's (section 2.1).
+    """
+
+    workflow: ClassVar[str] = "depth"
+    results = DepthResults
+    roles: ClassVar[Mapping[str, str]] = {"front": "path", "side": "path", "out": "path"}
+    front: PathLike | None = None
+    side: PathLike | None = None
+    distance_cm: Sequence[float] | None = None
+    from_: Literal["left", "right"] | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class EvolvePlan(Plan[EvolveResults]):
+    """Evolves controllers with NEAT on a tip-motion model, and chooses the one to use on real plants."""
+
+    workflow: ClassVar[str] = "evolve"
+    results = EvolveResults
+    roles: ClassVar[Mapping[str, str]] = {"model": "model", "task": "task", "evolution": "settings", "out": "path"}
+    model: AnyModel | None = None
+    out: PathLike | None = None
+    task: AnyTask | None = None
+    evolution: AnySettings | None = None
+    trial_plants: int | None = None
+    seed: int | None = None
+    resume: bool | None = None
+    checkpoint_s: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class ExportPlan(Plan[ExportResults]):
+    """The run to export."""
+
+    workflow: ClassVar[str] = "export"
+    results = ExportResults
+    roles: ClassVar[Mapping[str, str]] = {"folder": "path", "out": "path"}
+    folder: PathLike | None = None
+    out: PathLike | None = None
+    keep_going: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class FitPlan(Plan[FitResults]):
+    """Fits a model to tracks and writes it to a file."""
+
+    workflow: ClassVar[str] = "fit"
+    results = FitResults
+    roles: ClassVar[Mapping[str, str]] = {"tracks": "tracks", "model": "settings", "out": "path"}
+    tracks: AnyTrack | Sequence[AnyTrack] | None = None
+    kind: Literal["tip", "stem", "space"] | None = None
+    model: AnySettings | None = None
+    anyway: bool | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class ForecastPlan(Plan[ForecastResults]):
+    """Compares models by their forecasts of plants that were left out."""
+
+    workflow: ClassVar[str] = "forecast"
+    results = ForecastResults
+    roles: ClassVar[Mapping[str, str]] = {
+        "models": "models",
+        "tracks": "tracks",
+        "greenhouse": "greenhouse",
+        "out": "path",
+    }
+    models: AnyModel | Sequence[AnyModel] | None = None
+    tracks: AnyTrack | Sequence[AnyTrack] | None = None
+    plants: int | None = None
+    horizons_min: Sequence[float] | None = None
+    interval_min: float | None = None
+    greenhouse: AnySettings | None = None
+    seed: int | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class GrowPlan(Plan[GrowResults]):
+    """Grows virtual beans under a controller, and writes their tracks."""
+
+    workflow: ClassVar[str] = "grow"
+    results = GrowResults
+    roles: ClassVar[Mapping[str, str]] = {
+        "controller": "controller",
+        "task": "task",
+        "greenhouse": "greenhouse",
+        "out": "path",
+    }
+    plants: int | None = None
+    controller: AnyController | None = None
+    task: AnyTask | None = None
+    greenhouse: AnySettings | None = None
+    period_min: float | None = None
+    seed: int | None = None
+    out: PathLike | None = None
+    photographs: bool | None = None
+    replace: bool | None = None
+    resume: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class GuidePlan(Plan[GuideResults]):
+    """Photographs to make a guide of.
+
+    Its fields mean the same as those of TrackPlan.
+    """
+
+    workflow: ClassVar[str] = "guide"
+    results = GuideResults
+    roles: ClassVar[Mapping[str, str]] = {"photographs": "paths", "vision": "settings", "page": "path"}
+    photographs: PathLike | Sequence[PathLike] | None = None
+    page: PathLike | None = None
+    scale: Any | None = None
+    plants: Sequence[AnySettings] | None = None
+    time: Literal["auto", "exif", "name", "even"] | None = None
+    period_min: float | None = None
+    default_period_min: float | None = None
+    vision: AnySettings | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class KinematicsPlan(Plan[KinematicsResults]):
+    """NoiseStream how the typical plant of a species responds in the experiments of plant physiology."""
+
+    workflow: ClassVar[str] = "kinematics"
+    results = KinematicsResults
+    roles: ClassVar[Mapping[str, str]] = {"species": "species", "out": "path"}
+    species: AnySettings | None = None
+    out: PathLike | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class RecoveryPlan(Plan[RecoveryResults]):
+    """Estimates the parameters of virtual plants, and compares them with the true ones."""
+
+    workflow: ClassVar[str] = "recovery"
+    results = RecoveryResults
+    roles: ClassVar[Mapping[str, str]] = {"species": "species"}
+    plants: int | None = None
+    species: AnySettings | None = None
+    seed: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class ReplicatesPlan(Plan[ReplicatesResults]):
+    """Compares methods over replicates and scenarios, in a folder that can be resumed."""
+
+    workflow: ClassVar[str] = "replicates"
+    results = ReplicatesResults
+    roles: ClassVar[Mapping[str, str]] = {"config": "settings", "out": "path"}
+    config: AnySettings | None = None
+    out: PathLike | None = None
+    resume: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class ReportPlan(Plan[ReportResults]):
+    """Writes a report of folders and tracks."""
+
+    workflow: ClassVar[str] = "report"
+    results = ReportResults
+    roles: ClassVar[Mapping[str, str]] = {"sources": "paths", "out": "path", "figures": "path"}
+    sources: PathLike | Sequence[PathLike] | None = None
+    out: PathLike | None = None
+    figures: PathLike | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class RunPlan(Plan[RunResults]):
+    """A run and where it is recorded."""
+
+    workflow: ClassVar[str] = "run"
+    results = RunResults
+    roles: ClassVar[Mapping[str, str]] = {"config": "run_config", "out": "path"}
+    config: AnySettings | None = None
+    out: PathLike | None = None
+    resume: bool | None = None
+    speed: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class SafeStatePlan(Plan[SafeStateResults]):
+    """The rig to switch off."""
+
+    workflow: ClassVar[str] = "safe_state"
+    results = SafeStateResults
+    roles: ClassVar[Mapping[str, str]] = {"rig": "path"}
+    rig: PathLike | None = None
+    dark: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class ScorePlan(Plan[ScoreResults]):
+    """Computes the fitness of tracks, and the distance of the tip to each target."""
+
+    workflow: ClassVar[str] = "score"
+    results = ScoreResults
+    roles: ClassVar[Mapping[str, str]] = {"tracks": "tracks", "task": "task"}
+    tracks: AnyTrack | Sequence[AnyTrack] | None = None
+    task: AnyTask | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class ShowPlan(Plan[ShowResults]):
+    """Shows a champion."""
+
+    workflow: ClassVar[str] = "show"
+    results = ShowResults
+    roles: ClassVar[Mapping[str, str]] = {"source": "network", "model": "model", "task": "task", "out": "path"}
+    source: AnyNetwork | None = None
+    out: PathLike | None = None
+    format: Literal["text", "html", "svg", "dot"] | None = None
+    model: AnyModel | None = None
+    task: AnyTask | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class SimulatePlan(Plan[SimulateResults]):
+    """Simulates plants that a controller steers, and writes the track of the first one."""
+
+    workflow: ClassVar[str] = "simulate"
+    results = SimulateResults
+    roles: ClassVar[Mapping[str, str]] = {"model": "model", "controller": "controller", "task": "task", "out": "path"}
+    model: AnyModel | None = None
+    controller: AnyController | None = None
+    task: AnyTask | None = None
+    episodes: int | None = None
+    seed: int | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class StatusPlan(Plan[StatusResults]):
+    """The work to look at."""
+
+    workflow: ClassVar[str] = "status"
+    results = StatusResults
+    roles: ClassVar[Mapping[str, str]] = {"folder": "path"}
+    folder: PathLike | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class StopPlan(Plan[StopResults]):
+    """The run or evolution to end."""
+
+    workflow: ClassVar[str] = "stop"
+    results = StopResults
+    roles: ClassVar[Mapping[str, str]] = {"folder": "path"}
+    folder: PathLike | None = None
+    wait_min: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class StudyPlan(Plan[StudyResults]):
+    """Repeats the paper on virtual plants."""
+
+    workflow: ClassVar[str] = "study"
+    results = StudyResults
+    roles: ClassVar[Mapping[str, str]] = {"config": "settings", "out": "path"}
+    config: AnySettings | None = None
+    out: PathLike | None = None
+    resume: bool | None = None
+    keep_photographs: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class SweepPlan(Plan[SweepResults]):
+    """Executes all units of a sweep, and summarizes them."""
+
+    workflow: ClassVar[str] = "sweep"
+    results = SweepResults
+    roles: ClassVar[Mapping[str, str]] = {"config": "settings", "out": "path", "folder": "path"}
+    out: PathLike | None = None
+    resume: bool | None = None
+    folder: PathLike | None = None
+    config: AnySettings | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class UnitPlan(Plan[UnitResults]):
+    """Executes one unit of a sweep alone: beside others, also on other machines that share the folder, and in any
+    order.
+
+    The sweep itself then finds it finished.
+    """
+
+    workflow: ClassVar[str] = "sweep_unit"
+    results = UnitResults
+    roles: ClassVar[Mapping[str, str]] = {"sweep": "settings"}
+    sweep: AnySettings | None = None
+    unit: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class TimelapsePlan(Plan[TimelapseResults]):
+    """The film to make."""
+
+    workflow: ClassVar[str] = "timelapse"
+    results = TimelapseResults
+    roles: ClassVar[Mapping[str, str]] = {"folder": "path", "out": "path"}
+    folder: PathLike | None = None
+    out: PathLike | None = None
+    width: int | None = None
+    fps: int | None = None
+    every: int | None = None
+    crop: Any | None = None
+    plain: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class TrackPlan(Plan[TrackResults]):
+    """Photographs to track, and how.
+
+     The default tracks one plant in the whole picture of the paper's camera, with photographs five minutes apart
+    where no times are known (section 2.2.1).
+    """
+
+    workflow: ClassVar[str] = "track"
+    results = TrackResults
+    roles: ClassVar[Mapping[str, str]] = {
+        "photographs": "paths",
+        "vision": "settings",
+        "out": "path",
+        "overlay": "path",
+        "sheet": "path",
+    }
+    photographs: PathLike | Sequence[PathLike] | None = None
+    out: PathLike | None = None
+    scale: Any | None = None
+    plants: Sequence[AnySettings] | None = None
+    light: Any | None = None
+    time: Literal["auto", "exif", "name", "even"] | None = None
+    period_min: float | None = None
+    default_period_min: float | None = None
+    vision: AnySettings | None = None
+    find_up: bool | None = None
+    each: bool | None = None
+    overlay: PathLike | None = None
+    sheet: PathLike | None = None
+    resume: bool | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class TransferPlan(Plan[TransferResults]):
+    """Lets each of several controllers steer the same unseen virtual plants."""
+
+    workflow: ClassVar[str] = "transfer"
+    results = TransferResults
+    roles: ClassVar[Mapping[str, str]] = {
+        "controllers": "controllers",
+        "task": "task",
+        "greenhouse": "greenhouse",
+        "model": "model",
+        "out": "path",
+    }
+    controllers: Sequence[AnyController] | Mapping[str, AnyController] | None = None
+    plants: int | None = None
+    plant_seeds: range | Settings | None = None
+    task: AnyTask | None = None
+    random_targets: bool | None = None
+    greenhouse: AnySettings | None = None
+    period_min: float | None = None
+    photographs: bool | None = None
+    model: AnyModel | None = None
+    optimum: bool | None = None
+    reference: str | None = None
+    seed: int | None = None
+    resume: bool | None = None
+    out: PathLike | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class TunePlan(Plan[TuneResults]):
+    """Tunes the nine parameters of a rule on simulated plants of a model, and writes the rule to a file."""
+
+    workflow: ClassVar[str] = "tune"
+    results = TuneResults
+    roles: ClassVar[Mapping[str, str]] = {
+        "model": "model",
+        "beans": "greenhouse",
+        "task": "task",
+        "search": "settings",
+        "out": "path",
+    }
+    model: AnyModel | None = None
+    beans: AnySettings | None = None
+    period_min: float | None = None
+    task: AnyTask | None = None
+    search: AnySettings | None = None
+    seed: int | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+    resume: bool | None = None
+
+
+def acceptance(
+    *,
+    species: AnySettings | None = None,
+    seed: int = 1,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> AcceptanceResults:
+    """Compares virtual beans of a species with what is published on *Phaseolus vulgaris*.
+
+    Parameters
+    ----------
+    species : AnySettings, default None: the paper's
+        The species.
+    seed : int, default 1
+        Seed of all random numbers.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    AcceptanceResults
+        What the command `tropism acceptance` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> rows = acceptance().rows
+    >>> rows[0].published is not None
+    True
+    """
+    return execute(AcceptancePlan(species=species, seed=seed, monitor=monitor, threads=threads))
+
+
+def baseline(
+    model: AnyModel,
+    *,
+    task: AnyTask | None = None,
+    neat: AnySettings | None = None,
+    count: int = 2000000,
+    seed: int = 1,
+    out: PathLike | None = None,
+    replace: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> BaselineResults:
+    """Evaluates random networks, each drawn as NEAT draws its initial population, on simulated plants of a model.
+
+    Parameters
+    ----------
+    model : AnyModel
+        File of the tip-motion model.
+    task : AnyTask, default None: the paper's three targets
+        Task of the controllers.
+    neat : AnySettings, default None: the paper's
+        NEAT's parameters, for the distribution of the weights.
+    count : int, default 2000000
+        Number of controllers, 1 to 1000000000. Paper: two million.
+    seed : int, default 1
+        Seed of all random numbers.
+    out : PathLike, default None
+        File for the genome of the best controller.
+    replace : bool, default False
+        Whether a file that is there is replaced.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    BaselineResults
+        What the command `tropism baseline` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> model = tropism.Model.of_virtual_beans(plants=2, steps=60)
+    >>> baseline(model, count=10, task={"max_steps": 20}).count
+    10
+    """
+    return execute(
+        BaselinePlan(
+            model=model,
+            task=task,
+            neat=neat,
+            count=count,
+            seed=seed,
+            out=out,
+            replace=replace,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def calibrate(
+    tracks: AnyTrack | Sequence[AnyTrack],
+    *,
+    interval_min: float = 5.0,
+    species: AnySettings | None = None,
+    out: PathLike | None = None,
+    replace: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> CalibrateResults:
+    """Estimates the parameters of plants from their open-loop tracks.
+
+    Parameters
+    ----------
+    tracks : AnyTrack | Sequence[AnyTrack]
+        Track files (CSV), a plant each, or folders of runs or tracks.
+    interval_min : float, default 5.0
+        Minutes between the rows of the tracks, 0.1 to 120.
+    species : AnySettings, default None: the paper's
+        Species of the plants: the prior of the estimates.
+    out : PathLike, default None
+        File for the species with these estimates and their spread.
+    replace : bool, default False
+        Whether a file that is there is replaced.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    CalibrateResults
+        What the command `tropism calibrate` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> task = {"kind": "open_loop", "max_steps": 100}
+    >>> [plant] = calibrate(tropism.loop.grow("periodic", task)[0]).rows
+    """
+    return execute(
+        CalibratePlan(
+            tracks=tracks,
+            interval_min=interval_min,
+            species=species,
+            out=out,
+            replace=replace,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def calibrate_camera(
+    photograph: PathLike,
+    *,
+    scale: Any | None = None,
+    base: AnySettings | None = None,
+    out: PathLike = "calibration.toml",
+    replace: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> CalibrateCameraResults:
+    """The photograph to calibrate from, and what gives its scale.
+
+     The default is the paper's camera: 74 cm in front of the plant (section 2.1), with the lens of
+    Frame::WIDTH_CM.
+
+    Parameters
+    ----------
+    photograph : PathLike
+        Photograph of the camera at its final place.
+    scale : Any, default None: the paper's
+        What gives the scale.
+    base : AnySettings, default None
+        Pixel where the stem leaves the soil. `None` means the middle of the picture's lower edge.
+    out : PathLike, default "calibration.toml"
+        TOML file of the calibration.
+    replace : bool, default False
+        Whether to replace a file at `out`.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    CalibrateCameraResults
+        What the command `tropism calibrate-camera` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> calibrate_camera("chart.jpg")  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.MissingFileError: calibrate_camera: chart.jpg: cannot read
+    """
+    return execute(
+        CalibrateCameraPlan(
+            photograph=photograph, scale=scale, base=base, out=out, replace=replace, monitor=monitor, threads=threads
+        )
+    )
+
+
+def check(
+    rig: PathLike,
+    *,
+    dry: bool = False,
+    only: Sequence[
+        Literal["settings", "system", "camera", "flash", "lamps", "plant", "broker", "alerts", "rehearsal"]
+    ] = (),
+    rehearsal: AnySettings | None = None,
+    data: PathLike = ".",
+    photographs: PathLike | None = None,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> CheckResults:
+    """The rig to check.
+
+    Parameters
+    ----------
+    rig : PathLike
+        Rig file.
+    dry : bool, default False
+        Whether nothing is switched, photographed or sent.
+    only : Sequence[Literal["settings", "system", "camera", "flash", "lamps", "plant", "broker", "alerts", "rehearsal"]], default []
+        Groups that are checked; all if empty.
+    rehearsal : AnySettings, default None
+        A short run with a kill.
+    data : PathLike, default "."
+        Folder in which runs will be kept: its disk is tried.
+    photographs : PathLike, default None
+        New folder in which the photographs are kept.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    CheckResults
+        What the command `tropism check` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> check("rig.toml").findings[0].verdict
+    'fail'
+    """
+    return execute(
+        CheckPlan(
+            rig=rig,
+            dry=dry,
+            only=only,
+            rehearsal=rehearsal,
+            data=data,
+            photographs=photographs,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def depth(
+    front: PathLike,
+    *,
+    side: PathLike = "side.csv",
+    distance_cm: Sequence[float] = (74.0, 74.0),
+    from_: Literal["left", "right"] = "right",
+    out: PathLike = "space.csv",
+    replace: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> DepthResults:
+    """Two tracks to triangulate.
+
+    The default has both cameras at the distance of the paper's (section 2.1).
+
+    Parameters
+    ----------
+    front : PathLike
+        Track of the camera in front.
+    side : PathLike, default "side.csv"
+        Track of the camera at the side.
+    distance_cm : Sequence[float], default [74.0, 74.0]
+        From the lens of each camera to the plane through the root, in cm, the front camera's first.
+    from_ : Literal["left", "right"], default "right"
+        Where the second camera stands, as the first sees it.
+    out : PathLike, default "space.csv"
+        CSV file of the track in space; a JSON file of the same name is written beside it.
+    replace : bool, default False
+        Whether to replace a file at `out`.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    DepthResults
+        What the command `tropism depth` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> depth("front.csv", side="side.csv", distance_cm=[60, 60])  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.MissingFileError: depth: front.csv: cannot read
+    """
+    return execute(
+        DepthPlan(
+            front=front,
+            side=side,
+            distance_cm=distance_cm,
+            from_=from_,
+            out=out,
+            replace=replace,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def evolve(
+    model: AnyModel,
+    *,
+    out: PathLike = "evolution",
+    task: AnyTask | None = None,
+    evolution: AnySettings | None = None,
+    trial_plants: int = 200,
+    seed: int = 1,
+    resume: bool = False,
+    checkpoint_s: int = 60,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> EvolveResults:
+    """Evolves controllers with NEAT on a tip-motion model, and chooses the one to use on real plants.
+
+    Parameters
+    ----------
+    model : AnyModel
+        File of the tip-motion model.
+    out : PathLike, default "evolution"
+        Folder for checkpoints and results.
+    task : AnyTask, default None: the paper's three targets
+        Task of the controllers.
+    evolution : AnySettings, default None: the paper's
+        Number of runs, generations and episodes, and NEAT's parameters.
+    trial_plants : int, default 200
+        Unseen simulated plants of each model on which champions are compared, 1 to 1000000.
+    seed : int, default 1
+        Seed of all random numbers.
+    resume : bool, default False
+        Whether to continue an evolution in `out`.
+    checkpoint_s : int, default 60
+        Longest time between two checkpoints of a run, in s; 0 saves each generation.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    EvolveResults
+        What the command `tropism evolve` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> model = tropism.Model.of_virtual_beans(plants=2, steps=60)
+    >>> small = {"runs": 1, "generations": 2, "neat": {"population": 6}}
+    >>> evolve(model, task={"max_steps": 20}, evolution=small, trial_plants=2).champion
+    0
+    """
+    return execute(
+        EvolvePlan(
+            model=model,
+            out=out,
+            task=task,
+            evolution=evolution,
+            trial_plants=trial_plants,
+            seed=seed,
+            resume=resume,
+            checkpoint_s=checkpoint_s,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def export(
+    folder: PathLike,
+    out: PathLike,
+    *,
+    keep_going: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> ExportResults:
+    """The run to export.
+
+    Parameters
+    ----------
+    folder : PathLike
+        Run folder.
+    out : PathLike
+        New archive, if it ends in `.tar`, or new folder. Nothing is overwritten.
+    keep_going : bool, default False
+        Whether photographs that are missing or damaged are left out and listed. Otherwise they are an error.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    ExportResults
+        What the command `tropism export` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> _ = tropism.run({"task": {"max_steps": 2}}, out="run")
+    >>> export("run", "run.tar").out
+    'run.tar'
+    """
+    return execute(ExportPlan(folder=folder, out=out, keep_going=keep_going, monitor=monitor, threads=threads))
+
+
+def fit(
+    tracks: AnyTrack | Sequence[AnyTrack],
+    *,
+    kind: Literal["tip", "stem", "space"] = "tip",
+    model: AnySettings | None = None,
+    anyway: bool = False,
+    out: PathLike = "model.json",
+    replace: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> FitResults:
+    """Fits a model to tracks and writes it to a file.
+
+    Parameters
+    ----------
+    tracks : AnyTrack | Sequence[AnyTrack]
+        Track files (CSV), and folders of runs or of track files.
+    kind : Literal["tip", "stem", "space"], default "tip"
+        Which model.
+    model : AnySettings, default None: the paper's
+        Window, growth and grid of a tip-motion model. The others have no such settings.
+    anyway : bool, default False
+        Whether to take uncertain tracks too, of which `warnings_of` lists the reasons.
+    out : PathLike, default "model.json"
+        File for the model.
+    replace : bool, default False
+        Whether a file that is there is replaced.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    FitResults
+        What the command `tropism fit` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> task = {"kind": "open_loop", "max_steps": 60}
+    >>> track, _ = tropism.loop.grow("periodic", task)
+    >>> fit(track, out="model.json").shifts
+    60
+    """
+    return execute(
+        FitPlan(
+            tracks=tracks,
+            kind=kind,
+            model=model,
+            anyway=anyway,
+            out=out,
+            replace=replace,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def forecast(
+    models: AnyModel | Sequence[AnyModel],
+    *,
+    tracks: AnyTrack | Sequence[AnyTrack] = (),
+    plants: int = 12,
+    horizons_min: Sequence[float] = (5.0, 60.0, 360.0),
+    interval_min: float = 60.0,
+    greenhouse: AnySettings | None = None,
+    seed: int = 1,
+    out: PathLike | None = None,
+    replace: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> ForecastResults:
+    """Compares models by their forecasts of plants that were left out.
+
+    Parameters
+    ----------
+    models : AnyModel | Sequence[AnyModel]
+        Model files. Those of one file name are one model of several replicates.
+    tracks : AnyTrack | Sequence[AnyTrack], default []
+        Tracks of plants that were left out: track files (CSV), and folders of runs or of track files. Without
+        any, virtual beans are grown, under two kinds of light.
+    plants : int, default 12
+        Number of virtual beans, 1 to 10000, the same ones under each kind of light.
+    horizons_min : Sequence[float], default [5.0, 60.0, 360.0]
+        Time of the forecasts, in minutes after the start.
+    interval_min : float, default 60.0
+        Time from one start to the next, in minutes.
+    greenhouse : AnySettings, default None: the paper's
+        Species and variation of the virtual beans, and their lamps.
+    seed : int, default 1
+        Seed of the virtual beans and of the forecasts.
+    out : PathLike, default None
+        Folder for `forecast.json` and the figure.
+    replace : bool, default False
+        Whether results that are there are replaced.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    ForecastResults
+        What the command `tropism forecast` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> model = tropism.Model.of_virtual_beans(plants=2, steps=100)
+    >>> forecast(model, plants=1, horizons_min=[60]).horizons_min
+    [60.0]
+    """
+    return execute(
+        ForecastPlan(
+            models=models,
+            tracks=tracks,
+            plants=plants,
+            horizons_min=horizons_min,
+            interval_min=interval_min,
+            greenhouse=greenhouse,
+            seed=seed,
+            out=out,
+            replace=replace,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def grow(
+    *,
+    plants: int = 6,
+    controller: AnyController = "periodic",
+    task: AnyTask | None = None,
+    greenhouse: AnySettings | None = None,
+    period_min: float = 5.0,
+    seed: int = 1,
+    out: PathLike = "beans",
+    photographs: bool = False,
+    replace: bool = False,
+    resume: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> GrowResults:
+    """Grows virtual beans under a controller, and writes their tracks.
+
+    Parameters
+    ----------
+    plants : int, default 6
+        Number of plants, each an individual of the species, 1 to 1000000. Paper: 6 (section 2.2.1).
+    controller : AnyController, default "periodic"
+        Controller of the lamps.
+    task : AnyTask, default None: no targets, 1000 steps
+        Task of the controller.
+    greenhouse : AnySettings, default None: the paper's
+        Species, lamps and tent. Its scene and faults only change photographs.
+    period_min : float, default 5.0
+        Time from one step to the next, in min. Paper: 5 (section 2.1).
+    seed : int, default 1
+        Seed of all random numbers.
+    out : PathLike, default "beans"
+        Folder for the tracks, or for the run folders of the plants.
+    photographs : bool, default False
+        Whether to write a photograph of each step, with the ground truth.
+    replace : bool, default False
+        Whether tracks that are there are replaced. Photographs never are.
+    resume : bool, default False
+        Whether to continue with photographed plants in `out`.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    GrowResults
+        What the command `tropism grow` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> grow(plants=2, task={"kind": "open_loop", "max_steps": 20}, out="beans").plants
+    2
+    """
+    return execute(
+        GrowPlan(
+            plants=plants,
+            controller=controller,
+            task=task,
+            greenhouse=greenhouse,
+            period_min=period_min,
+            seed=seed,
+            out=out,
+            photographs=photographs,
+            replace=replace,
+            resume=resume,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def guide(
+    photographs: PathLike | Sequence[PathLike],
+    *,
+    page: PathLike = "guide.html",
+    scale: Any = "paper_camera",
+    plants: Sequence[AnySettings] = (),
+    time: Literal["auto", "exif", "name", "even"] = "auto",
+    period_min: float | None = None,
+    default_period_min: float = 5.0,
+    vision: AnySettings | None = None,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> GuideResults:
+    """Photographs to make a guide of.
+
+    Its fields mean the same as those of TrackPlan.
+
+    Parameters
+    ----------
+    photographs : PathLike | Sequence[PathLike]
+        Photographs (JPEG, PNG or TIFF), films, or folders of them.
+    page : PathLike, default "guide.html"
+        HTML file of the page. An older guide there is replaced.
+    scale : Any, default "paper_camera"
+        How pixels become centimetres, as far as it is known.
+    plants : Sequence[AnySettings], default []
+        The plants whose place is known: they are detected, and the detections are drawn in.
+    time : Literal["auto", "exif", "name", "even"], default "auto"
+        What says when a photograph was taken.
+    period_min : float, default None
+        Minutes from one step to the next; `None` takes the median interval of the photographs.
+    default_period_min : float, default 5.0
+        Minutes from one step to the next where `period_min` is `None` and no times are known.
+    vision : AnySettings, default None: the paper's
+        How plants are detected.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    GuideResults
+        What the command `tropism guide` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> task = {"kind": "open_loop", "max_steps": 2}
+    >>> _ = tropism.grow(plants=1, task=task, out="photographed", photographs=True)
+    >>> import glob
+    >>> _ = guide(sorted(glob.glob("photographed/*/photographs/*.jpg")), page="guide.html")
+    """
+    return execute(
+        GuidePlan(
+            photographs=photographs,
+            page=page,
+            scale=scale,
+            plants=plants,
+            time=time,
+            period_min=period_min,
+            default_period_min=default_period_min,
+            vision=vision,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def kinematics(
+    *,
+    species: AnySettings | None = None,
+    out: PathLike = "figures",
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> KinematicsResults:
+    """NoiseStream how the typical plant of a species responds in the experiments of plant physiology.
+
+    Parameters
+    ----------
+    species : AnySettings, default None: the paper's
+        The species.
+    out : PathLike, default "figures"
+        Folder for the figures.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    KinematicsResults
+        What the command `tropism kinematics` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> _ = kinematics(out="kinematics")
+    """
+    return execute(KinematicsPlan(species=species, out=out, monitor=monitor, threads=threads))
+
+
+def recovery(
+    *,
+    plants: int = 50,
+    species: AnySettings | None = None,
+    seed: int = 1,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> RecoveryResults:
+    """Estimates the parameters of virtual plants, and compares them with the true ones.
+
+    Parameters
+    ----------
+    plants : int, default 50
+        Number of virtual plants, 2 to 10000.
+    species : AnySettings, default None: the paper's
+        Their species.
+    seed : int, default 1
+        Seed of all random numbers.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    RecoveryResults
+        What the command `tropism recovery` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> _ = recovery(plants=1)
+    """
+    return execute(RecoveryPlan(plants=plants, species=species, seed=seed, monitor=monitor, threads=threads))
+
+
+def replicates(
+    config: AnySettings,
+    *,
+    out: PathLike = "replicates",
+    resume: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> ReplicatesResults:
+    """Compares methods over replicates and scenarios, in a folder that can be resumed.
+
+    Parameters
+    ----------
+    config : AnySettings
+        Everything that decides the results.
+    out : PathLike, default "replicates"
+        Folder for tracks, models, controllers and results.
+    resume : bool, default False
+        Whether to continue in `out`.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    ReplicatesResults
+        What the command `tropism replicates` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> replicates({"nonsense": 1})  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.PlanError: replicates: config.nonsense: unknown key
+    """
+    return execute(ReplicatesPlan(config=config, out=out, resume=resume, monitor=monitor, threads=threads))
+
+
+def report(
+    sources: PathLike | Sequence[PathLike],
+    *,
+    out: PathLike = "report.html",
+    figures: PathLike | None = None,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> ReportResults:
+    """Writes a report of folders and tracks.
+
+    Parameters
+    ----------
+    sources : PathLike | Sequence[PathLike]
+        Folders of runs, evolutions, studies, transfers and replicates and track files, or the folder of one study
+        or of one sweep.
+    out : PathLike, default "report.html"
+        HTML file of the report.
+    figures : PathLike, default None
+        Folder for the figures as files: SVG, PNG, PDF or JPEG, and CSV with their data.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    ReportResults
+        What the command `tropism report` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> model = tropism.Model.of_virtual_beans(plants=2, steps=60)
+    >>> small = {"runs": 1, "generations": 2, "neat": {"population": 6}}
+    >>> _ = tropism.evolve(model, task={"max_steps": 20}, evolution=small, trial_plants=2)
+    >>> report("evolution", out="report.html", figures="figures").figures()[0].suffix
+    '.svg'
+    """
+    return execute(ReportPlan(sources=sources, out=out, figures=figures, monitor=monitor, threads=threads))
+
+
+def run(
+    config: AnySettings,
+    *,
+    out: PathLike = "run",
+    resume: bool = False,
+    speed: float | None = None,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> RunResults:
+    """A run and where it is recorded.
+
+    Parameters
+    ----------
+    config : AnySettings
+        Everything that decides the outcome.
+    out : PathLike, default "run"
+        Run folder. It is made, or holds a run of the same configuration that is resumed.
+    resume : bool, default False
+        Whether to resume a run that is paused, over, or was down for longer than its rig allows.
+    speed : float, default None
+        How many times as fast as a real plant a virtual one grows, 0.001 to 1e9; as fast as the machine can if it
+        is left out. The results do not depend on it.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    RunResults
+        What the command `tropism run` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> run({"task": {"max_steps": 2}}, out="run").steps
+    2
+    """
+    return execute(RunPlan(config=config, out=out, resume=resume, speed=speed, monitor=monitor, threads=threads))
+
+
+def safe_state(
+    rig: PathLike,
+    *,
+    dark: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> SafeStateResults:
+    """The rig to switch off.
+
+    Parameters
+    ----------
+    rig : PathLike
+        Rig file, or the folder of a run in the rig.
+    dark : bool, default False
+        Whether lamps go dark even if their rig says `on_exit = "keep"`.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    SafeStateResults
+        What the command `tropism safe-state` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> safe_state("rig.toml")  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.MissingFileError: safe_state: rig.toml: cannot read
+    """
+    return execute(SafeStatePlan(rig=rig, dark=dark, monitor=monitor, threads=threads))
+
+
+def score(
+    tracks: AnyTrack | Sequence[AnyTrack],
+    *,
+    task: AnyTask | None = None,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> ScoreResults:
+    """Computes the fitness of tracks, and the distance of the tip to each target.
+
+    Parameters
+    ----------
+    tracks : AnyTrack | Sequence[AnyTrack]
+        Track files (CSV).
+    task : AnyTask, default None
+        Task of the experiments; if it is left out, that of the run in whose folder a track lies, and the paper's
+        three targets for a track elsewhere.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    ScoreResults
+        What the command `tropism score` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> track, fitness = tropism.loop.grow("greedy", {"max_steps": 20})
+    >>> score(track).tracks[0].steps
+    20
+    """
+    return execute(ScorePlan(tracks=tracks, task=task, monitor=monitor, threads=threads))
+
+
+def show(
+    source: AnyNetwork,
+    *,
+    out: PathLike | None = None,
+    format: Literal["text", "html", "svg", "dot"] | None = None,
+    model: AnyModel | None = None,
+    task: AnyTask | None = None,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> ShowResults:
+    """Shows a champion.
+
+    Parameters
+    ----------
+    source : AnyNetwork
+        Genome file; or the folder of an evolution (finished or at work), a study or a run.
+    out : PathLike, default None
+        File for the drawing. Without one it is only in the results.
+    format : Literal["text", "html", "svg", "dot"], default None
+        Format of the drawing; `None`: as the extension of `out` says, or text.
+    model : AnyModel, default None
+        File of a tip-motion model on which the network steers a plant; `None`: the model that it evolved on, if
+        it is found.
+    task : AnyTask, default None
+        Task of the plant; `None`: the one that the network evolved for, or the paper's.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    ShowResults
+        What the command `tropism show` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> show(tropism.neat.Neat(inputs=2, outputs=1).ask()[0]).inputs
+    2
+    """
+    return execute(
+        ShowPlan(source=source, out=out, format=format, model=model, task=task, monitor=monitor, threads=threads)
+    )
+
+
+def simulate(
+    model: AnyModel,
+    *,
+    controller: AnyController = "periodic",
+    task: AnyTask | None = None,
+    episodes: int = 1,
+    seed: int = 1,
+    out: PathLike = "track.csv",
+    replace: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> SimulateResults:
+    """Simulates plants that a controller steers, and writes the track of the first one.
+
+    Parameters
+    ----------
+    model : AnyModel
+        File of the tip-motion model.
+    controller : AnyController, default "periodic"
+        The controller.
+    task : AnyTask, default None: the paper's three targets
+        Its task.
+    episodes : int, default 1
+        Number of plants, 1 to 10000000.
+    seed : int, default 1
+        Seed of all random numbers.
+    out : PathLike, default "track.csv"
+        File for the track of the first plant.
+    replace : bool, default False
+        Whether a file that is there is replaced.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    SimulateResults
+        What the command `tropism simulate` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> model = tropism.Model.of_virtual_beans(plants=2, steps=60)
+    >>> simulate(model, task={"max_steps": 20}, episodes=2, out="simulated.csv").episodes
+    2
+    """
+    return execute(
+        SimulatePlan(
+            model=model,
+            controller=controller,
+            task=task,
+            episodes=episodes,
+            seed=seed,
+            out=out,
+            replace=replace,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def status(
+    folder: PathLike,
+    *,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> StatusResults:
+    """The work to look at.
+
+    Parameters
+    ----------
+    folder : PathLike
+        Folder of a run, an evolution, a study, a sweep, or a comparison of controllers or methods; or the file of
+        a rule.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    StatusResults
+        What the command `tropism status` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> _ = tropism.run({"task": {"max_steps": 2}}, out="run")
+    >>> _ = status("run")
+    """
+    return execute(StatusPlan(folder=folder, monitor=monitor, threads=threads))
+
+
+def stop(
+    folder: PathLike,
+    *,
+    wait_min: float = 2.0,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> StopResults:
+    """The run or evolution to end.
+
+    Parameters
+    ----------
+    folder : PathLike
+        Run folder, or the folder of an evolution.
+    wait_min : float, default 2.0
+        Minutes that it may take to end. Default: 2.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    StopResults
+        What the command `tropism stop` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> stop("nothing")  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    tropism.errors.PlanError: stop: nothing: found no run.toml
+    """
+    return execute(StopPlan(folder=folder, wait_min=wait_min, monitor=monitor, threads=threads))
+
+
+def study(
+    config: AnySettings,
+    *,
+    out: PathLike = "tropism-study",
+    resume: bool = False,
+    keep_photographs: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> StudyResults:
+    """Repeats the paper on virtual plants.
+
+    Parameters
+    ----------
+    config : AnySettings
+        Everything that decides the results.
+    out : PathLike, default "tropism-study"
+        Folder of the study.
+    resume : bool, default False
+        Whether to continue a study in `out`.
+    keep_photographs : bool, default False
+        Whether every photograph and the stems of the ground truth are kept: some 700 MB at the paper's size.
+        Otherwise a run keeps what figures show of it.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    StudyResults
+        What the command `tropism study` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> study(tropism.quick_study(), out="study").is_virtual
+    True
+    """
+    return execute(
+        StudyPlan(
+            config=config, out=out, resume=resume, keep_photographs=keep_photographs, monitor=monitor, threads=threads
+        )
+    )
+
+
+def timelapse(
+    folder: PathLike,
+    out: PathLike,
+    *,
+    width: int = 480,
+    fps: int = 20,
+    every: int | None = None,
+    crop: Any | None = None,
+    plain: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> TimelapseResults:
+    """The film to make.
+
+    Parameters
+    ----------
+    folder : PathLike
+        Run folder, or a folder of photographs.
+    out : PathLike
+        Film, `.gif` or `.mp4`; with `.jpg` the composite alone is made.
+    width : int, default 480
+        Width in pixels, 16 to 8192; no larger than the photographs, or four times the part of crop.
+    fps : int, default 20
+        Pictures a second, 1 to 50.
+    every : int, default None
+        Takes each Nth photograph; if it is left out, as many as give 300 pictures at most.
+    crop : Any, default None
+        The part of the photographs that is shown; all of it if it is left out.
+    plain : bool, default False
+        Whether nothing is drawn into the photographs but the label of a virtual plant.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    TimelapseResults
+        What the command `tropism timelapse` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> _ = tropism.run({"task": {"max_steps": 3}}, out="run")
+    >>> _ = timelapse("run", "film.gif", width=216)
+    """
+    return execute(
+        TimelapsePlan(
+            folder=folder,
+            out=out,
+            width=width,
+            fps=fps,
+            every=every,
+            crop=crop,
+            plain=plain,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def track(
+    photographs: PathLike | Sequence[PathLike],
+    *,
+    out: PathLike = "track.csv",
+    scale: Any = "paper_camera",
+    plants: Sequence[AnySettings] | None = None,
+    light: Any = "auto",
+    time: Literal["auto", "exif", "name", "even"] = "auto",
+    period_min: float | None = None,
+    default_period_min: float = 5.0,
+    vision: AnySettings | None = None,
+    find_up: bool = False,
+    each: bool = False,
+    overlay: PathLike | None = None,
+    sheet: PathLike | None = None,
+    resume: bool = False,
+    replace: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> TrackResults:
+    """Photographs to track, and how.
+
+     The default tracks one plant in the whole picture of the paper's camera, with photographs five minutes apart
+    where no times are known (section 2.2.1).
+
+    Parameters
+    ----------
+    photographs : PathLike | Sequence[PathLike]
+        Photographs (JPEG, PNG or TIFF), films, or folders of them.
+    out : PathLike, default "track.csv"
+        CSV file of the track; with several plants `track.csv` becomes `track-NAME.csv`. Beside it are written the
+        same name with `.json` and, one for all plants, with `.frames.jsonl`.
+    scale : Any, default "paper_camera"
+        How pixels become centimetres.
+    plants : Sequence[AnySettings], default None: the paper's
+        The plants to track.
+    light : Any, default "auto"
+        What says which lamp is lit.
+    time : Literal["auto", "exif", "name", "even"], default "auto"
+        What says when a photograph was taken.
+    period_min : float, default None
+        Minutes from one step to the next; `None` takes the median interval of the photographs.
+    default_period_min : float, default 5.0
+        Minutes from one step to the next where `period_min` is `None` and no times are known.
+    vision : AnySettings, default None: the paper's
+        How plants are detected. The crop of a plant is its region.
+    find_up : bool, default False
+        Whether the direction in which the only plant grows is found, where `vision` says up: by its motion, or by
+        its stem in the first photographs if its region or its root is given.
+    each : bool, default False
+        Whether the photographs have nothing to do with each other, such as a folder of many plants: none is
+        compared with another, and each plant that is detected is accepted. So is the only photograph of a series.
+    overlay : PathLike, default None
+        Folder for a copy of each photograph with the detections drawn in.
+    sheet : PathLike, default None
+        JPEG file for a contact sheet of up to 24 photographs with the detections drawn in.
+    resume : bool, default False
+        Whether to continue from the journal of the same plan, and take new photographs in.
+    replace : bool, default False
+        Whether to replace existing results.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    TrackResults
+        What the command `tropism track` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> import glob
+    >>> task = {"kind": "open_loop", "max_steps": 2}
+    >>> _ = tropism.grow(plants=1, task=task, out="photographed", photographs=True)
+    >>> photographs = sorted(glob.glob("photographed/*/photographs/*.jpg"))
+    >>> track(photographs, out="tracks").tracks[0].frames
+    3
+    """
+    return execute(
+        TrackPlan(
+            photographs=photographs,
+            out=out,
+            scale=scale,
+            plants=plants,
+            light=light,
+            time=time,
+            period_min=period_min,
+            default_period_min=default_period_min,
+            vision=vision,
+            find_up=find_up,
+            each=each,
+            overlay=overlay,
+            sheet=sheet,
+            resume=resume,
+            replace=replace,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def transfer(
+    controllers: Sequence[AnyController] | Mapping[str, AnyController],
+    *,
+    plants: int = 90,
+    plant_seeds: range | Settings | None = None,
+    task: AnyTask | None = None,
+    random_targets: bool | None = None,
+    greenhouse: AnySettings | None = None,
+    period_min: float = 5.0,
+    photographs: bool = False,
+    model: AnyModel | None = None,
+    optimum: bool = False,
+    reference: str | None = None,
+    seed: int = 1,
+    resume: bool = False,
+    out: PathLike = "transfer",
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> TransferResults:
+    """Lets each of several controllers steer the same unseen virtual plants.
+
+    Parameters
+    ----------
+    controllers : Sequence[AnyController] | Mapping[str, AnyController]
+        The controllers.
+    plants : int, default 90
+        Number of plants, 1 to 100000. Their seeds follow from `seed`; none is a plant of an experiment under any
+        seed.
+    plant_seeds : range | Settings, default None
+        Seeds of the plants, from the first to the one before the last, instead of `plants`.
+    task : AnyTask, default None: the paper's three targets
+        Task of the controllers; it has targets.
+    random_targets : bool, default None
+        Whether each plant has a random sequence of targets of its own, as many as `task` has and as high at most
+        (`docs/how-to/draw-a-task.md` states the rule).
+    greenhouse : AnySettings, default None: the paper's
+        Species, lamps and tent.
+    period_min : float, default 5.0
+        Time from one step to the next, in min. Paper: 5 (section 2.1).
+    photographs : bool, default False
+        Whether the tip is measured in photographs.
+    model : AnyModel, default None
+        File of the tip-motion model on which the controllers were made: misses where it has no data are then told
+        apart.
+    optimum : bool, default False
+        Whether to search the best schedule of lamps for each plant.
+    reference : str, default None
+        Name of the controller that stands for what a rule without knowledge of the future can reach.
+    seed : int, default 1
+        Seed of the plants and of the bootstrap.
+    resume : bool, default False
+        Whether to continue a comparison in `out`.
+    out : PathLike, default "transfer"
+        Folder for tracks and results.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    TransferResults
+        What the command `tropism transfer` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> plants = {"plants": 2, "task": {"max_steps": 20}}
+    >>> [row.name for row in transfer(["greedy", "periodic"], out="transfer", **plants).controllers]
+    ['greedy', 'periodic']
+    """
+    return execute(
+        TransferPlan(
+            controllers=controllers,
+            plants=plants,
+            plant_seeds=plant_seeds,
+            task=task,
+            random_targets=random_targets,
+            greenhouse=greenhouse,
+            period_min=period_min,
+            photographs=photographs,
+            model=model,
+            optimum=optimum,
+            reference=reference,
+            seed=seed,
+            resume=resume,
+            out=out,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def tune(
+    model: AnyModel | None,
+    *,
+    beans: AnySettings | None = None,
+    period_min: float = 5.0,
+    task: AnyTask | None = None,
+    search: AnySettings | None = None,
+    seed: int = 1,
+    out: PathLike = "rule.json",
+    replace: bool = False,
+    resume: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> TuneResults:
+    """Tunes the nine parameters of a rule on simulated plants of a model, and writes the rule to a file.
+
+    Parameters
+    ----------
+    model : AnyModel
+        File of the model.
+    beans : AnySettings, default None
+        Virtual beans to tune on instead of a model: species, variation and lamps count. What is found is the best
+        that such a rule can be expected to reach on them, which no replicate could know.
+    period_min : float, default 5.0
+        Time from one step of virtual beans to the next, in min. A model has its own.
+    task : AnyTask, default None: the paper's three targets
+        Task of the rule.
+    search : AnySettings, default None: the paper's
+        Generations, rules a generation, and plants a rule.
+    seed : int, default 1
+        Seed of all random numbers.
+    out : PathLike, default "rule.json"
+        File for the rule.
+    replace : bool, default False
+        Whether a rule that is there is replaced.
+    resume : bool, default False
+        Whether to continue a search for `out`.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    TuneResults
+        What the command `tropism tune` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> model = tropism.Model.of_virtual_beans("stem", plants=2, steps=100)
+    >>> _ = tune(model, task={"max_steps": 20}, search={"generations": 1}, out="rule.json")
+    """
+    return execute(
+        TunePlan(
+            model=model,
+            beans=beans,
+            period_min=period_min,
+            task=task,
+            search=search,
+            seed=seed,
+            out=out,
+            replace=replace,
+            resume=resume,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
