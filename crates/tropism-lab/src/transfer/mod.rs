@@ -28,10 +28,10 @@ pub use self::causes::Cause;
 use self::causes::{Reference, Response};
 pub(crate) use self::controllers::check_name;
 pub use self::controllers::{ControllerSource, NamedController, read_controllers};
-use self::results::{Ceiling, Judge, PlantResult, Scores};
 pub use self::results::{
-    ControllerPair, ControllerResults, SeenTurns, Share, TargetResults, TransferResults,
+    ArrivalResults, ControllerPair, ControllerResults, SeenTurns, Share, TargetResults, TransferResults,
 };
+use self::results::{Ceiling, Judge, PlantResult, Scores};
 pub(crate) use self::status::status;
 pub use self::status::{SteeredPlants, TransferStatus};
 use crate::controller::ControllerSpec;
