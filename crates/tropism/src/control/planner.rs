@@ -1,7 +1,7 @@
 //! A controller that looks ahead: it tries what it could do on simulated plants, and does what turns out better.
 //!
 //! In: what was observed so far. Out: the lamp. The idea (rollout): a model resumes the observed plant some times, each time as
-//! another of the plants that it may be, and learns from its past how this very plant answers. On all of them each choice is carried out, and the rest of the task is left to a rule.
+//! another of the plants that it may be; on request each learns from its past how this very plant answers. On all of them each choice is carried out, and the rest of the task is left to a rule.
 //! Choices are compared on the same plants and random numbers. The rule is left only for what is surely better: the best of
 //! many choices is else the one whose error is greatest.
 //!
@@ -36,8 +36,6 @@ pub struct PlannerConfig {
     pub plants: u32,
     /// Minutes from one plan to the next, above 0.
     pub replan_min: f64,
-    /// Height below a target from which on each step is planned, in cm, 0 or more.
-    pub near_cm: f64,
     /// Whether the simulated plants learn from the past of the observed one how it answers.
     pub learns: bool,
     /// Minutes that are simulated, above 0; the task may end before.
@@ -60,8 +58,7 @@ impl Default for PlannerConfig {
         Self {
             plants: 24,
             replan_min: 30.0,
-            near_cm: 0.0,
-            learns: true,
+            learns: false,
             horizon_min: 1500.0,
             holds_min: vec![30.0, 90.0, 180.0],
             offsets_cm: vec![-3.0, -1.5, 1.5, 3.0],
@@ -82,7 +79,6 @@ impl PlannerConfig {
         ensure(self.sure >= 0.0 && self.sure.is_finite(), "sure", self.sure, "0 or more")?;
         let is_time = |minutes: f64| minutes > 0.0 && minutes.is_finite();
         ensure(is_time(self.replan_min), "replan_min", self.replan_min, "minutes above 0")?;
-        ensure(self.near_cm >= 0.0 && self.near_cm.is_finite(), "near_cm", self.near_cm, "cm, 0 or more")?;
         ensure(is_time(self.horizon_min), "horizon_min", self.horizon_min, "minutes above 0")?;
         for (index, &minutes) in self.holds_min.iter().enumerate() {
             ensure(is_time(minutes), format!("holds_min[{index}]"), minutes, "minutes above 0")?;
@@ -267,9 +263,7 @@ impl<M: PlantModel<Plant: Sync> + Send> Controller for Planner<M> {
         }
         let lights: Vec<Light> = self.rules.iter_mut().map(|rule| rule.decide(seen)).collect();
         let every = (self.config.replan_min / period_min).round().max(1.0) as u32;
-        let to_go = self.task.targets.iter().map(|target| target.y - seen.tip.y);
-        let is_near = to_go.into_iter().any(|to_go| (0.0..self.config.near_cm).contains(&to_go));
-        let is_due = is_near || self.chosen.is_none_or(|(_, at)| self.step >= at + every);
+        let is_due = self.chosen.is_none_or(|(_, at)| self.step >= at + every);
         // A tip that is held says nothing new.
         if self.chosen.is_none() || is_due && seen.quality != Quality::Held {
             self.chosen = Some((self.plan(&lights), self.step));

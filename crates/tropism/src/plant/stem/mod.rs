@@ -502,31 +502,6 @@ mod tests {
     }
 
     #[test]
-    fn twins_learn_how_a_plant_answers() {
-        let model = PlaneModel::fit([&swaying(0.02), &swaying(0.03)]).unwrap();
-        // Answers more than any measured plant does.
-        let Track { samples, .. } = swaying(0.05);
-        let (now, ahead) = (200, 24);
-        let off_cm = |mut plants: Vec<StemState<1>>| {
-            let far = plants.iter_mut().enumerate().map(|(number, plant)| {
-                let noise = NoiseStream::new(3, Purpose::Trial, [number as u32, 0, 0]);
-                for step in now..now + ahead {
-                    let light = samples[step].light.unwrap();
-                    model.step(plant, light, &mut noise.at(step as u32));
-                }
-                (model.observe(plant).tip.x - samples[now + ahead].tip.x).abs()
-            });
-            far.sum::<f64>() / plants.len() as f64
-        };
-        let noises =
-            || (0..20).map(|number| NoiseStream::new(2, Purpose::Trial, [number, 0, 0]).of_seedling());
-        let past = &samples[..=now];
-        let strangers = off_cm(noises().map(|mut noise| model.resumed(past, &mut noise)).collect());
-        let twins = off_cm(model.twins(past, &mut noises().collect::<Vec<_>>()));
-        assert!(twins < 0.8 * strangers, "{twins} cm, without learning {strangers} cm");
-    }
-
-    #[test]
     fn of_one_observation_twins_learn_nothing() {
         let model = PlaneModel::fit([&swaying(0.02), &swaying(0.03)]).unwrap();
         let past = &swaying(0.05).samples[..1];
