@@ -91,7 +91,7 @@ fn population(criterion: &mut Criterion) {
     });
 }
 
-/// Whole experiments of the paper under chase: plants one by one, and side by side in vector lanes, as `tropism grow` grows them.
+/// Whole experiments of the paper under greedy: plants one by one, and side by side in vector lanes, as `tropism grow` grows them.
 fn paper(criterion: &mut Criterion) {
     let species = Species::default();
     let (trial, task) = (Trial::new(&species), Task::default());
@@ -101,7 +101,7 @@ fn paper(criterion: &mut Criterion) {
         seeds.iter().map(|&seed| trial.grow(seed, &mut greedy(), &task, &mut unwatched)).collect()
     };
     let steps = grow().iter().map(|track| track.samples.len() as u64 - 1).sum();
-    let mut group = criterion.benchmark_group("64 beans under chase, task of the paper");
+    let mut group = criterion.benchmark_group("64 beans under greedy, task of the paper");
     group.throughput(Throughput::Elements(steps)).sample_size(10);
     group.bench_function("tracked, plain", |bencher| {
         bencher.iter_custom(|rounds| time(rounds, grow));
@@ -140,22 +140,22 @@ fn contact(criterion: &mut Criterion) {
     }
 }
 
-/// Beans that chase steers in the scenes of `tasks/`, one by one as `tropism transfer` grows them, and the same without contact.
-fn chase(criterion: &mut Criterion) {
+/// Beans that greedy steers in the scenes of `tasks/`, one by one as `tropism transfer` grows them, and the same without contact.
+fn greedy(criterion: &mut Criterion) {
     let species = Species::default();
-    let mut group = criterion.benchmark_group("16 beans under chase");
+    let mut group = criterion.benchmark_group("16 beans under greedy");
     group.sample_size(10);
     for (name, task) in tropism_benches::tasks() {
         for (with, solids) in [("without contact", vec![]), ("with contact", task.solids())] {
             let trial = Trial { solids, ..Trial::new(&species) };
             group.bench_function(format!("{name}, {with}"), |bencher| {
-                bencher.iter_custom(|rounds| time(rounds, || grow_under_chase(&trial, &task)));
+                bencher.iter_custom(|rounds| time(rounds, || grow_under_greedy(&trial, &task)));
             });
         }
     }
 }
 
-fn grow_under_chase(trial: &Trial<'_>, task: &Task) -> Vec<Track> {
+fn grow_under_greedy(trial: &Trial<'_>, task: &Task) -> Vec<Track> {
     let grow = |seed| trial.grow(seed, &mut Greedy::new(task, &trial.layout), task, &mut unwatched);
     (77..93).map(grow).collect()
 }
@@ -163,6 +163,6 @@ fn grow_under_chase(trial: &Trial<'_>, task: &Task) -> Vec<Track> {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = bean, population, paper, contact, chase
+    targets = bean, population, paper, contact, greedy
 }
 criterion_main!(benches);

@@ -49,7 +49,7 @@ async function watchAndStop(cwd, opened, prefix) {
 test("behind nginx with TLS, a path prefix and an odd port", { skip: NGINX ? false : "no nginx" }, async (t) => {
   const cwd = folder(t);
   certificate(cwd, "DNS:plants.example.org");
-  start(t, cwd, "run", "--rig", "greenhouse", "--controller", "chase", "--out", "bean", "--speed", "300");
+  start(t, cwd, "run", "--rig", "greenhouse", "--controller", "greedy", "--out", "bean", "--speed", "300");
   const { child, address } = await studio(t, cwd, 0, "--ask-token", "--host", "plants.example.org");
   const port = await freePort();
   // As docs/how-to/studio-on-a-phone.md says, and no more than that.
@@ -107,7 +107,7 @@ http {
 test("with one's own certificate", async (t) => {
   const cwd = folder(t);
   certificate(cwd, "DNS:localhost,IP:127.0.0.1");
-  start(t, cwd, "run", "--rig", "greenhouse", "--controller", "chase", "--out", "bean", "--speed", "300");
+  start(t, cwd, "run", "--rig", "greenhouse", "--controller", "greedy", "--out", "bean", "--speed", "300");
   const tls = ["--tls-cert", "certificate.pem", "--tls-key", "key.pem"];
   const { child, address } = await studio(t, cwd, 0, "--ask-token", ...tls);
   assert.match(address, /^https:/);

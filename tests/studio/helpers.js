@@ -105,7 +105,7 @@ export async function realRun(t, cwd, seconds) {
   fs.writeFileSync(
     path.join(cwd, "rig.toml"),
     `period_min = ${seconds / 60}
-[patience]
+[fault_policy]
 free_mb = 0
 [camera]
 driver = "replay"

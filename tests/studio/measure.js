@@ -23,7 +23,7 @@ function processor(pid) {
 /** Resident memory of a process, in MB. */
 const memory = (pid) => Number(fs.readFileSync(`/proc/${pid}/status`, "utf8").match(/VmRSS:\s+(\d+)/)[1]) / 1024;
 
-const RUN = ["run", "--rig", "greenhouse", "--controller", "chase", "--seed", "4", "--task", "task.toml"];
+const RUN = ["run", "--rig", "greenhouse", "--controller", "greedy", "--seed", "4", "--task", "task.toml"];
 const TASK = "targets = [[3.0, 6.0], [-5.0, 9.0], [-1.0, 13.5]]\nend_height_cm = inf\nmax_steps = 20000\n";
 const ended = (child) => until(() => child.exitCode !== null || child.signalCode !== null, "the end of a run", 60);
 

@@ -1,4 +1,4 @@
-// Makes the picture of the README from a real session: a virtual bean that chase steers, on the page of its run.
+// Makes the picture of the README from a real session: a virtual bean that greedy steers, on the page of its run.
 import path from "node:path";
 import { close, folder, page, photographs, run, start, studio, until } from "./helpers.js";
 
@@ -9,7 +9,7 @@ try {
   const cwd = folder(t);
   await run(t, cwd, "grow", "--plants", "6", "--out", "virtual-bean");
   await run(t, cwd, "fit", "virtual-bean", "--out", "virtual-bean.json");
-  const words = ["run", "--rig", "greenhouse", "--controller", "chase", "--out", "bean-1", "--seed", "4"];
+  const words = ["run", "--rig", "greenhouse", "--controller", "greedy", "--out", "bean-1", "--seed", "4"];
   // Fast to where two targets are passed, then slowly, so that there is a time to the next photograph.
   const fast = start(t, cwd, ...words);
   await until(() => photographs(cwd, "bean-1") > 230, "230 photographs", 300);

@@ -13,7 +13,7 @@ const DESK = { viewport: { width: 1280, height: 900 } };
 after(close);
 
 const live = (t, cwd, out, speed = "300") =>
-  start(t, cwd, "run", "--rig", "greenhouse", "--controller", "chase", "--out", out, "--speed", speed);
+  start(t, cwd, "run", "--rig", "greenhouse", "--controller", "greedy", "--out", out, "--speed", speed);
 const chipOf = (opened) => opened.locator("#state .chip").first();
 /** Presses for `ms`, by mouse. */
 async function press(opened, button, ms) {
@@ -135,7 +135,7 @@ test("a run is watched, stopped by hold and resumed", async (t) => {
 
 test("a page asks once for its events and once for the last photograph", async (t) => {
   const cwd = folder(t);
-  await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "chase", "--out", "a bean", "--steps", "4");
+  await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "greedy", "--out", "a bean", "--steps", "4");
   const { address } = await studio(t, cwd);
   const opened = await page(t, "about:blank");
   /** @type {string[]} */
@@ -188,7 +188,7 @@ test("every page is accessible and fits, on phone and desk, light and dark", asy
   await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "evolution/champion.json", "--out", "over", "--steps", "30");
   await run(t, cwd, "fit", "tracks", "--model", "stem", "--out", "stem.json");
   await run(t, cwd, "tune", "--model", "stem.json", "--out", "rule.json", "--generations", "3", "--population", "4", "--episodes", "4");
-  await run(t, cwd, "transfer", "--controllers", "chase", "rule.json", "--plants", "6", "--out", "transfer");
+  await run(t, cwd, "transfer", "--controllers", "greedy", "rule.json", "--plants", "6", "--out", "transfer");
   live(t, cwd, "bean", "60");
   const { address } = await studio(t, cwd);
   const drawing = encodeURIComponent('{"targets":[[3,6],[-5,9]]}');
@@ -257,7 +257,7 @@ test("every page is accessible and fits, on phone and desk, light and dark", asy
 
 test("a run serves its own page, which cannot end it", async (t) => {
   const cwd = folder(t);
-  const words = ["run", "--rig", "greenhouse", "--controller", "chase", "--out", "bean", "--speed", "300"];
+  const words = ["run", "--rig", "greenhouse", "--controller", "greedy", "--out", "bean", "--speed", "300"];
   const bean = start(t, cwd, ...words, "--studio", "127.0.0.1:0");
   const address = await until(() => bean.said.match(/http:\/\/\S+/)?.[0], "the page's address");
   const opened = await page(t, `${address}run`);

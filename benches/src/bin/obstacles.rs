@@ -93,15 +93,15 @@ impl Errors {
     }
 }
 
-/// Photographs of one plant among `solids`: seen with obstacles told, not told, and without solids in the picture.
+/// Photographs of one plant among `solids`: seen with obstacles printed, not printed, and without solids in the picture.
 fn see(seed: u64, steps: u64, solids: &[Solid]) -> [Errors; 3] {
     let scene = Scene::default();
     let tent = Greenhouse { solids: solids.to_vec(), ..Greenhouse::default() };
-    let told = tent.vision(&VisionConfig::default());
-    let untold = VisionConfig { obstacles: Vec::new(), poles: Vec::new(), ..told.clone() };
+    let printed = tent.vision(&VisionConfig::default());
+    let untold = VisionConfig { obstacles: Vec::new(), poles: Vec::new(), ..printed.clone() };
     let tracker =
         |config: &VisionConfig| TipTracker::new(tent.calibration(), config.clone()).expect("a calibration");
-    let mut trackers = [tracker(&told), tracker(&untold), tracker(&untold)];
+    let mut trackers = [tracker(&printed), tracker(&untold), tracker(&untold)];
     let mut renderers = [Renderer::new(&scene, seed).among(solids), Renderer::new(&scene, seed)];
     let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed).among(solids);
     let mut errors: [Errors; 3] = Default::default();
@@ -143,11 +143,11 @@ struct Fate {
     has_arrived: bool,
 }
 
-/// Grows the plant of `seed` under chase, or in the dark.
+/// Grows the plant of `seed` under greedy, or in the dark.
 fn fate(task: &Task, seed: u64, is_dark: bool) -> Fate {
     let species = Species::default();
     let trial = Trial { solids: task.solids(), ..Trial::new(&species) };
-    let (mut plant, mut chase) = (trial.specimen(seed), Greedy::new(task, &trial.layout));
+    let (mut plant, mut greedy) = (trial.specimen(seed), Greedy::new(task, &trial.layout));
     let mut fate = Fate { has_pressed: false, gap: f64::INFINITY, has_arrived: false };
     let (mut left, mut last) = (task.targets.clone(), f64::NEG_INFINITY);
     for step in 0.. {
@@ -162,7 +162,7 @@ fn fate(task: &Task, seed: u64, is_dark: bool) -> Fate {
             break;
         }
         // A lamp that the tent does not have: all stay dark.
-        let light = if is_dark { Light::BACK } else { chase.decide(&seen) };
+        let light = if is_dark { Light::BACK } else { greedy.decide(&seen) };
         let Ok(()) = plant.step(light);
         fate.has_pressed |= !plant.bean().contacts().is_empty();
     }
@@ -175,18 +175,18 @@ fn contacts(task: &Task, plants: u64) {
     let fates = |is_dark| -> Vec<Fate> {
         (0..plants).into_par_iter().map(|seed| fate(task, seed, is_dark)).collect()
     };
-    let (chased, dark) = (fates(false), fates(true));
+    let (steered, dark) = (fates(false), fates(true));
     let count = |fates: &[Fate], is: &dyn Fn(&Fate) -> bool| fates.iter().filter(|fate| is(fate)).count();
     for tolerance in [0.0, 0.05, 0.1] {
         println!(
             "  gap below {tolerance} cm: {} of {} plants with a force counted, {} of {} others",
-            count(&chased, &|fate| fate.has_pressed && fate.gap < tolerance),
-            count(&chased, &|fate| fate.has_pressed),
-            count(&chased, &|fate| !fate.has_pressed && fate.gap < tolerance),
-            count(&chased, &|fate| !fate.has_pressed),
+            count(&steered, &|fate| fate.has_pressed && fate.gap < tolerance),
+            count(&steered, &|fate| fate.has_pressed),
+            count(&steered, &|fate| !fate.has_pressed && fate.gap < tolerance),
+            count(&steered, &|fate| !fate.has_pressed),
         );
     }
-    for (name, fates) in [("chase", &chased), ("in the dark", &dark)] {
+    for (name, fates) in [("greedy", &steered), ("in the dark", &dark)] {
         let done = count(fates, &|fate| fate.has_arrived && fate.gap >= 0.05);
         let arrived = count(fates, &|fate| fate.has_arrived);
         println!("  {name}: {arrived} of {plants} within reach, {done} of them without contact");
@@ -212,7 +212,7 @@ fn main() {
         }
     }
     for (name, task) in tasks() {
-        println!("{name}, chase by way points, {} plants", size.steered);
+        println!("{name}, greedy by way points, {} plants", size.steered);
         contacts(&task, size.steered);
     }
 }

@@ -3,8 +3,8 @@
 //! The one idea: most codes and values are short, so one look-up of the next few bits gives run, value and length
 //! together.
 
-use super::AcCoefficient;
 use super::huffman::{AcTable, DcTable, LOOKUP_BITS, extend};
+use super::{AcCoefficient, JpegError};
 
 /// Reads bits from entropy-coded data, without the bytes stuffed after 0xff (T.81, F.1.2.3).
 ///
@@ -25,11 +25,6 @@ pub(super) struct BitReader<'a> {
 impl<'a> BitReader<'a> {
     pub(super) const fn new(bytes: &'a [u8], position: usize) -> Self {
         Self { bytes, position, buffer: 0, filled: 0, padding: 0 }
-    }
-
-    /// The next byte's position; only meaningful right after a marker.
-    pub(super) const fn position(&self) -> usize {
-        self.position
     }
 
     /// Fills the buffer to more than 56 bits.
@@ -161,12 +156,76 @@ impl<'a> BitReader<'a> {
         (index == 64).then_some(count)
     }
 
-    /// Reads the marker 0xff `code`, before which less than a byte of data may be left; `None` for anything else.
-    pub(super) fn expect_marker(&mut self, code: u8) -> Option<()> {
+    /// Reads a run of zeros and the size of the value behind it; `None` for no code.
+    pub(super) fn decode_run(&mut self, table: &AcTable) -> Option<(u32, u32)> {
+        if self.filled < 32 {
+            self.refill();
+        }
+        let entry = table.codes.entry(self.peek(LOOKUP_BITS));
+        let (length, symbol) = if entry & 0xff != 0 {
+            (entry & 0xff, entry >> 8)
+        } else {
+            table.codes.decode_long(self.buffer)?
+        };
+        self.consume(length);
+        Some((symbol >> 4, symbol & 15))
+    }
+
+    /// Reads a signed value of 1 to 15 bits.
+    pub(super) fn receive_value(&mut self, size: u32) -> i32 {
+        if self.filled < 32 {
+            self.refill();
+        }
+        self.receive(size)
+    }
+
+    /// Reads up to 16 bits.
+    pub(super) fn bits(&mut self, count: u32) -> u32 {
+        if count == 0 {
+            return 0;
+        }
+        if self.filled < 32 {
+            self.refill();
+        }
+        let bits = self.peek(count) as u32;
+        self.consume(count);
+        bits
+    }
+
+    /// Reads the restart marker of this number, 0 to 7, before which less than a byte of data may be left.
+    pub(super) fn expect_restart(&mut self, number: u8) -> Result<(), JpegError> {
+        let at = self.end_of_scan()?;
+        let fill = self.bytes[at..].iter().take_while(|&&byte| byte == 0xff).count();
+        let position = at + fill + 1;
+        if self.bytes.get(position - 1) != Some(&(0xd0 + number)) {
+            return Err(JpegError::Damaged("a restart marker is missing"));
+        }
+        *self = Self::new(self.bytes, position);
+        Ok(())
+    }
+
+    /// Checks that the data end here, and returns the position of the marker that follows.
+    ///
+    /// Some cameras fill up with zeros or ones; any other byte that is left shows that codes were lost.
+    pub(super) fn end_of_scan(&mut self) -> Result<usize, JpegError> {
         *self = self.refilled_bytewise();
-        let is_next = self.bytes.get(self.position..self.position + 2) == Some(&[0xff, code]);
-        let is_spent = self.filled >= self.padding && self.filled - self.padding < 8;
-        *self = Self::new(self.bytes, self.position + 2);
-        (is_next && is_spent).then_some(())
+        let Some(left) = self.filled.checked_sub(self.padding) else {
+            return Err(JpegError::Damaged("the data end before the last block"));
+        };
+        let excess = JpegError::Damaged("data are left behind the last block");
+        // Whole bytes that were read ahead, after the bits that fill up the last one.
+        let ahead = (self.buffer << (left % 8)).to_be_bytes();
+        if !ahead[..(left / 8) as usize].iter().all(|byte| matches!(byte, 0 | 0xff)) {
+            return Err(excess);
+        }
+        loop {
+            match self.bytes.get(self.position..) {
+                Some([0xff, 0, ..]) => self.position += 2,
+                Some([0xff, _, ..]) => return Ok(self.position),
+                Some([0, ..]) => self.position += 1,
+                Some([_, _, ..]) => return Err(excess),
+                _ => return Err(JpegError::Damaged("no end marker")),
+            }
+        }
     }
 }

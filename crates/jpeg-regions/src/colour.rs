@@ -7,6 +7,8 @@ const GREEN_OF_CB: i32 = 5_638;
 const BLUE_OF_CB: i32 = 29_032;
 const FACTOR_BITS: u32 = 14;
 
+use super::Colour;
+
 /// Pixels that are converted at once: as many bytes as the narrowest vectors have.
 const CHUNK: usize = 16;
 
@@ -34,6 +36,36 @@ pub(super) fn ycbcr_row_to_rgb<L: Copy + Into<i32>, const FRACTION: u32>(
         for (i, pixel) in rgb.chunks_exact_mut(3).enumerate() {
             pixel.copy_from_slice(&[converted[0][i], converted[1][i], converted[2][i]]);
         }
+    }
+}
+
+/// Converts a row of samples of any kind but grey.
+pub(super) fn unusual_row_to_rgb(colour: Colour, lines: &[Vec<i16>; 4], rgb: &mut [u8]) {
+    let [first, second, third, black] = lines;
+    if matches!(colour, Colour::YCbCr | Colour::Ycck) {
+        ycbcr_row_to_rgb::<_, 0>(first, second, third, rgb);
+    } else {
+        for (((pixel, &red), &green), &blue) in rgb.chunks_exact_mut(3).zip(first).zip(second).zip(third) {
+            pixel.copy_from_slice(&[red as u8, green as u8, blue as u8]);
+        }
+    }
+    match colour {
+        Colour::Grey | Colour::YCbCr | Colour::Rgb => {}
+        Colour::Cmyk => darken(rgb, black),
+        // The transform gives ink, so that what it leaves is the rest (Adobe Technical Note 5116).
+        Colour::Ycck => {
+            rgb.iter_mut().for_each(|value| *value = 255 - *value);
+            darken(rgb, black);
+        }
+    }
+}
+
+/// Multiplies each pixel with the light that black ink leaves.
+fn darken(rgb: &mut [u8], black: &[i16]) {
+    for (pixel, &light) in rgb.chunks_exact_mut(3).zip(black) {
+        pixel
+            .iter_mut()
+            .for_each(|value| *value = ((i32::from(*value) * i32::from(light) + 127) / 255) as u8);
     }
 }
 

@@ -66,9 +66,10 @@ impl HuffmanTable {
 pub(super) struct DcTable(pub(super) HuffmanTable);
 
 impl DcTable {
-    /// `None` for no table, or a size beyond 11 bits, the most of 8-bit samples (T.81, table F.1).
+    /// `None` for no table, or a size beyond 15 bits, the most that the lossless process has (T.81, table H.2); 8-bit samples
+    /// need 11 (table F.1), and some encoders define more than they use.
     pub(super) fn new(code_counts: &[u8; 16], symbols: &[u8]) -> Option<Self> {
-        symbols.iter().all(|&symbol| symbol <= 11).then_some(())?;
+        symbols.iter().all(|&symbol| symbol <= 15).then_some(())?;
         Some(Self(HuffmanTable::new(code_counts, symbols)?))
     }
 }

@@ -3,10 +3,10 @@
 
 use std::ops::Range;
 
-use super::colour::ycbcr_row_to_rgb;
+use super::colour::{unusual_row_to_rgb, ycbcr_row_to_rgb};
 use super::idct::Window;
 use super::upsample::upsample_row;
-use super::{BLOCK_SIDE, Component, Jpeg};
+use super::{BLOCK_SIDE, Colour, Component, Jpeg};
 
 impl Jpeg {
     /// The pixels of a region: red, green and blue, row by row.
@@ -20,10 +20,10 @@ impl Jpeg {
         // A loop, as what a closure of an iterator calls would not be compiled for this processor.
         let mut windows = Vec::with_capacity(self.components.len());
         for component in &self.components {
-            // A component of half the resolution needs the next sample on each side.
+            // A component of half the resolution is interpolated and needs the next sample on each side.
             let (across, down) = component.subsampling;
             let samples = |range: &Range<usize>, subsampling: usize| {
-                let margin = subsampling - 1;
+                let margin = usize::from(subsampling == 2);
                 (range.start / subsampling).saturating_sub(margin)..(range.end - 1) / subsampling + margin + 1
             };
             let (columns, rows) = (samples(&columns, across), samples(&rows, down));
@@ -32,21 +32,67 @@ impl Jpeg {
             }));
         }
         let mut rgb = vec![0; 3 * columns.len() * rows.len()];
-        let mut chroma = [Vec::new(), Vec::new()];
+        let mut lines = [const { Vec::new() }; 4];
         let mut mixed = Vec::new();
         for (y, out) in rows.zip(rgb.chunks_exact_mut(3 * columns.len())) {
-            let luma = windows[0].row(y, columns.clone());
-            for ((component, window), line) in self.components.iter().zip(&windows).skip(1).zip(&mut chroma) {
+            // Luma of usual pictures has a sample a pixel, and is not copied.
+            let first = usize::from(self.is_usual());
+            for ((component, window), line) in
+                self.components.iter().zip(&windows).zip(&mut lines).skip(first)
+            {
                 upsample_row(component, window, y, columns.clone(), &mut mixed, line);
             }
-            let [blue, red] = &chroma;
-            if self.components.len() == 1 {
-                out.chunks_exact_mut(3).zip(luma).for_each(|(pixel, &value)| pixel.fill(value));
-            } else {
-                ycbcr_row_to_rgb::<_, 0>(luma, blue, red, out);
+            match (self.colour, self.is_usual()) {
+                (Colour::Grey, _) => {
+                    let luma = windows[0].row(y, columns.clone());
+                    out.chunks_exact_mut(3).zip(luma).for_each(|(pixel, &value)| pixel.fill(value));
+                }
+                (Colour::YCbCr, true) => {
+                    ycbcr_row_to_rgb::<_, 0>(windows[0].row(y, columns.clone()), &lines[1], &lines[2], out);
+                }
+                (colour, _) => unusual_row_to_rgb(colour, &lines, out),
             }
         }
         rgb
+    }
+
+    /// Whether the picture is grey, or luma and chroma as cameras write it: luma a pixel, chroma the same, or half as much
+    /// across, or in both directions.
+    pub(super) fn is_usual(&self) -> bool {
+        let is_sampled = |index: usize, component: &Component| match index {
+            0 => component.subsampling == (1, 1),
+            _ => matches!(component.subsampling, (1, 1) | (2, 1) | (2, 2)),
+        };
+        matches!(self.colour, Colour::Grey | Colour::YCbCr)
+            && self.components.iter().enumerate().all(|(index, component)| is_sampled(index, component))
+    }
+
+    /// The means of the pixels over squares of `factor` x `factor`, for unusual pictures.
+    fn decode_averaged(&self, columns: &Range<usize>, rows: &Range<usize>, factor: usize) -> Vec<u8> {
+        let whole = |range: &Range<usize>| range.start..range.start + range.len() / factor * factor;
+        let (columns, rows) = (whole(columns), whole(rows));
+        if columns.is_empty() || rows.is_empty() {
+            return Vec::new();
+        }
+        let width = columns.len();
+        let pixels = self.decode_region(columns, rows.clone());
+        let mut out = Vec::with_capacity(pixels.len() / factor / factor);
+        for strip in pixels.chunks_exact(3 * width * factor) {
+            for column in 0..width / factor {
+                for channel in 0..3 {
+                    let at = |row: usize, across: usize| {
+                        strip[3 * (row * width + column * factor + across) + channel]
+                    };
+                    let square =
+                        (0..factor * factor).map(|place| u32::from(at(place / factor, place % factor)));
+                    out.push(
+                        ((square.sum::<u32>() + (factor * factor / 2) as u32) / (factor * factor) as u32)
+                            as u8,
+                    );
+                }
+            }
+        }
+        out
     }
 
     /// Whether a region can be decoded at 1/`factor` of its size: for 2, 4 and 8, where the region begins at a
@@ -68,6 +114,10 @@ impl Jpeg {
     #[must_use]
     #[inline(always)]
     pub fn decode_scaled_luma(&self, columns: Range<usize>, rows: Range<usize>, factor: usize) -> Vec<f32> {
+        if !self.is_usual() {
+            self.check_scaled(&columns, &rows, factor);
+            return self.decode_averaged(&columns, &rows, factor).chunks_exact(3).map(luma_of).collect();
+        }
         let window = self.square_means(&self.components[0], &columns, &rows, factor, |mean| mean);
         let (columns, rows) = (scaled(&columns, factor), scaled(&rows, factor));
         let mut values = Vec::with_capacity(columns.len() * rows.len());
@@ -86,6 +136,10 @@ impl Jpeg {
     #[must_use]
     #[inline(always)]
     pub fn decode_scaled(&self, columns: Range<usize>, rows: Range<usize>, factor: usize) -> Vec<u8> {
+        if !self.is_usual() {
+            self.check_scaled(&columns, &rows, factor);
+            return self.decode_averaged(&columns, &rows, factor);
+        }
         let mut windows = Vec::with_capacity(self.components.len());
         for component in &self.components {
             windows.push(self.square_means(component, &columns, &rows, factor, fixed_point::<FRACTION>));
@@ -104,6 +158,13 @@ impl Jpeg {
         rgb
     }
 
+    /// Panics unless the region lies in the picture and can be decoded at 1/`factor` of its size.
+    #[inline(always)]
+    fn check_scaled(&self, columns: &Range<usize>, rows: &Range<usize>, factor: usize) {
+        self.check_region(columns, rows);
+        assert!(Self::can_decode_scaled(columns, rows, factor), "{columns:?} and {rows:?} by {factor}");
+    }
+
     /// The means of a component over squares of `factor` x `factor` pixels.
     #[inline(always)]
     fn square_means<T: Copy + Default>(
@@ -114,8 +175,7 @@ impl Jpeg {
         factor: usize,
         convert: impl Fn(f32) -> T,
     ) -> Window<T> {
-        self.check_region(columns, rows);
-        assert!(Self::can_decode_scaled(columns, rows, factor), "{columns:?} and {rows:?} by {factor}");
+        self.check_scaled(columns, rows, factor);
         let squares = |range: &Range<usize>| range.start / factor..(range.end - 1) / factor + 1;
         let (columns, rows) = (&squares(columns), &squares(rows));
         // Squares across and down in a block.
@@ -130,6 +190,11 @@ impl Jpeg {
             _ => self.window::<_, 8, 8>(component, columns, rows, convert),
         }
     }
+}
+
+/// Rec. 601 luma of a pixel (T.871, section 7).
+fn luma_of(pixel: &[u8]) -> f32 {
+    0.299 * f32::from(pixel[0]) + 0.587 * f32::from(pixel[1]) + 0.114 * f32::from(pixel[2])
 }
 
 /// Fractional bits of the means of squares before colour conversion.

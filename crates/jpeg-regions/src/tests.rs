@@ -136,7 +136,9 @@ proptest! {
         let whole = decoded(&bytes);
         let jpeg = Jpeg::read(&bytes).unwrap();
         let all = jpeg.decode_region(0..width, 0..height);
-        prop_assert!(is_near(&all, &whole.rgb));
+        // At the last column and row the other decoder interpolates with what pads the last block.
+        let inner = |rgb: &[u8]| cropped(&Image { width, height, rgb: rgb.to_vec() }, 0..width - 1, 0..height - 1);
+        prop_assert!(is_near(&inner(&all), &inner(&whole.rgb)));
         let (x, y) = ((from.0 * width as f64) as usize, (from.1 * height as f64) as usize);
         let side = |share: f64, most: usize| 1 + (share * most as f64) as usize % most;
         let (columns, rows) = (x..x + side(to.0, width - x), y..y + side(to.1, height - y));
@@ -190,24 +192,84 @@ fn scaled_colours_are_near_the_means_of_the_pixels() {
 }
 
 #[test]
-fn files_that_are_not_whole_and_baseline_are_declined() {
+fn damage_is_told_and_what_follows_the_end_is_not_looked_at() {
     let image = scene(64, 48, 30.0);
-    let whole = encoded(&image, PLAIN, false);
-    assert!(Jpeg::read(&whole).is_some() && Jpeg::scan_only(&whole) == Some(4 * 3 * 6));
-    for length in 0..whole.len() {
-        assert!(Jpeg::read(&whole[..length]).is_none(), "{length} of {}", whole.len());
+    for is_progressive in [false, true] {
+        let whole = encoded(&image, PLAIN, is_progressive);
+        let pixels = Jpeg::read(&whole).unwrap().decode_region(0..64, 0..48);
+        for length in 0..whole.len() {
+            assert!(Jpeg::read(&whole[..length]).is_err(), "{length} of {}", whole.len());
+            // Cut short, with the end marker put back, as some cameras and bridges do.
+            if length < whole.len() - 2 {
+                let cut = [&whole[..length], &[0xff, 0xd9]].concat();
+                let is_same = |jpeg: Jpeg| jpeg.decode_region(0..64, 0..48) == pixels;
+                assert!(
+                    Jpeg::read(&cut).is_ok_and(is_same) || Jpeg::read(&cut).is_err(),
+                    "{length} of {}",
+                    whole.len()
+                );
+            }
+        }
+        for trailer in [&b"\n"[..], b"\0\0\0\0", b"\r\n--boundary--\r\n", b"SEFT", &whole] {
+            let read = Jpeg::read(&[&whole[..], trailer].concat()).unwrap();
+            assert!(read.decode_region(0..64, 0..48) == pixels, "{trailer:?}");
+        }
+        // A packet of a transmission is missing: in noise as dense as this, codes come out even by chance at times.
+        let places = whole.len() / 2..whole.len() - 50;
+        let lost = |at: &usize| Jpeg::read(&[&whole[..*at], &whole[at + 40..]].concat()).is_err();
+        let told = places.clone().filter(lost).count();
+        assert!(told as f64 > 0.85 * places.len() as f64, "{told} of {}", places.len());
     }
-    let refused = |bytes: &[u8]| Jpeg::read(bytes).is_none();
-    assert!(refused(&[&whole[..], &[0]].concat()) && refused(b"GIF89a"));
-    assert!(refused(&encoded(&image, PLAIN, true)), "progressive");
-    assert!(
-        refused(&encoded(&image, Encoding { sampling: SamplingFactor::F_1_2, ..PLAIN }, false)),
-        "tall units"
-    );
-    assert!(refused(&encoded(&scene(8, 48, 0.0), PLAIN, false)), "narrow");
-    // A file cut short in its middle with the end marker put back.
-    let middle = whole.len() * 3 / 4;
-    assert!(refused(&[&whole[..middle], &[0xff, 0xd9]].concat()));
+    assert_eq!(Jpeg::scan_only(&encoded(&image, PLAIN, false)), Some(4 * 3 * 6));
+    assert!(matches!(Jpeg::read(b"GIF89a"), Err(JpegError::Unsupported(_))));
+}
+
+#[test]
+fn progressive_files_and_unusual_units_have_the_pixels_of_another_decoder() {
+    for (width, height) in [(64, 48), (8, 40), (37, 3), (101, 77)] {
+        let image = scene(width, height, 60.0);
+        for sampling in [
+            SamplingFactor::F_1_1,
+            SamplingFactor::F_2_1,
+            SamplingFactor::F_2_2,
+            SamplingFactor::F_1_2,
+            SamplingFactor::F_4_1,
+        ] {
+            for is_progressive in [false, true] {
+                let bytes = encoded(&image, Encoding { sampling, ..PLAIN }, is_progressive);
+                let jpeg = Jpeg::read(&bytes).unwrap();
+                let all = jpeg.decode_region(0..width, 0..height);
+                // Of chroma over four pixels, decoders differ in how they spread it.
+                let baseline = Jpeg::read(&encoded(&image, Encoding { sampling, ..PLAIN }, false)).unwrap();
+                assert!(
+                    all == baseline.decode_region(0..width, 0..height),
+                    "{sampling:?} {width} x {height}"
+                );
+                if !matches!(sampling, SamplingFactor::F_4_1 | SamplingFactor::F_1_2)
+                    && width >= 16
+                    && height >= 16
+                {
+                    assert!(
+                        is_near(&all, &decoded(&bytes).rgb),
+                        "{sampling:?} {width} x {height} {is_progressive}"
+                    );
+                }
+                let all = Image { width, height, rgb: all };
+                let (columns, rows) = (width / 3..width, height / 2..height);
+                assert!(jpeg.decode_region(columns.clone(), rows.clone()) == cropped(&all, columns, rows));
+                if width >= 16 && height >= 16 {
+                    assert_eq!(
+                        jpeg.decode_scaled(0..width, 0..height, 4).len(),
+                        3 * (width / 4) * (height / 4)
+                    );
+                    assert_eq!(
+                        jpeg.decode_scaled_luma(8..width, 0..height, 2).len(),
+                        (width - 8) / 2 * (height / 2)
+                    );
+                }
+            }
+        }
+    }
 }
 
 #[test]
@@ -218,9 +280,14 @@ fn damaged_files_that_are_read_have_the_pixels_of_another_decoder() {
     for at in 0..whole.len() {
         let mut bytes = whole.clone();
         bytes[at] ^= 1 << (8.0 * rng.random::<f64>()) as u8;
-        if let Some(jpeg) = Jpeg::read(&bytes) {
+        let options =
+            DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(ColorSpace::RGB);
+        let other = JpegDecoder::new_with_options(ZCursor::new(&bytes), options).decode();
+        if let (Ok(jpeg), Ok(other)) = (Jpeg::read(&bytes), other)
+            && jpeg.is_usual()
+        {
             let pixels = jpeg.decode_region(0..jpeg.width, 0..jpeg.height);
-            assert!(is_near(&pixels, &decoded(&bytes).rgb), "byte {at}");
+            assert!(is_near(&pixels, &other), "byte {at}");
             taken.insert(at);
         }
     }

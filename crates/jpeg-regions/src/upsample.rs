@@ -5,8 +5,8 @@
 
 use std::ops::Range;
 
+use super::Component;
 use super::idct::Window;
-use super::{BLOCK_SIDE, Component};
 
 /// Writes columns `xs` of row `y` of the picture to `out`. `mixed` is a buffer that is used again from row to row.
 #[inline(always)]
@@ -19,7 +19,14 @@ pub(super) fn upsample_row(
     out: &mut Vec<i16>,
 ) {
     let (across, down) = component.subsampling;
-    let last = (BLOCK_SIDE * component.block_columns - 1, BLOCK_SIDE * component.block_rows - 1);
+    if across > 2 || down > 2 || (across == 2 && component.samples.0 <= 2) {
+        // Unusual, or hardly wider than a sample: the sample is repeated, as in libjpeg.
+        let near = samples.row(y / down, xs.start / across..(xs.end - 1) / across + 1);
+        out.clear();
+        out.extend(xs.clone().map(|x| i16::from(near[x / across - xs.start / across])));
+        return;
+    }
+    let last = (component.samples.0 - 1, component.samples.1 - 1);
     let (first, end) = (xs.start / across, (xs.end - 1) / across + 1);
     // One sample more on each side; beyond the edge, the edge is repeated below.
     let (from, to) = (first.saturating_sub(across - 1), (end + across - 1).min(last.0 + 1));

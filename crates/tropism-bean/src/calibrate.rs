@@ -42,7 +42,7 @@ const FEWEST: usize = 50;
 /// First standard deviation of the search, as a logarithm. Chosen: about that of plants of a species. And the most that a
 /// parameter may move. Chosen by hand: a factor of five.
 const INITIAL_SD: f64 = 0.2;
-const FARTHEST: f64 = 1.6;
+const MAX_LOG_CHANGE: f64 = 1.6;
 /// Plants that the search grows at once: 4 + 3 ln(4), the default of Hansen's tutorial.
 const POPULATION: usize = 8;
 /// The search ends after so many generations, or at this standard deviation. Chosen by hand: far below any interval of an
@@ -54,7 +54,7 @@ const CONVERGED_SD: f64 = 0.004;
 const WAITING_MIN: f64 = 5.0;
 /// Chance goes its own way for hours, so that a reading every five minutes is no news: a track counts as one reading in so
 /// many hours. Chosen so that intervals hold the truth as often as they say.
-const NEWS_H: f64 = 4.0;
+const DECORRELATION_H: f64 = 4.0;
 /// Step of a numerical derivative, as a logarithm. Chosen by hand.
 const NUDGE: f64 = 0.05;
 /// 90 % of a normal distribution lie within so many standard deviations.
@@ -103,7 +103,7 @@ pub enum CalibrateError {
 }
 
 /// A track as the fit needs it.
-struct Course<'t> {
+struct Fit<'t> {
     track: &'t Track,
     period_min: f64,
     /// Length and lean of the plant at the start, in cm and rad.
@@ -124,28 +124,28 @@ pub fn calibrate(
     species: &Species,
     may_go_on: &dyn Fn() -> bool,
 ) -> Result<Option<BeanCalibration>, CalibrateError> {
-    let course = Course::new(track, period_min, species)?;
-    let Some(best) = course.fit(may_go_on) else { return Ok(None) };
-    let quiet = course.tips(&best);
-    let rms_cm = course.distance(&quiet).sqrt();
+    let fit = Fit::new(track, period_min, species)?;
+    let Some(best) = fit.fit(may_go_on) else { return Ok(None) };
+    let quiet = fit.tips(&best);
+    let rms_cm = fit.distance(&quiet).sqrt();
     let slopes: [Vec<f64>; MOVING] = core::array::from_fn(|parameter| {
         let mut nudged = best;
         nudged[parameter] += NUDGE;
-        course.apart(&course.tips(&nudged), &quiet).into_iter().map(|apart| apart / NUDGE).collect()
+        fit.apart(&fit.tips(&nudged), &quiet).into_iter().map(|apart| apart / NUDGE).collect()
     });
     let squares = rms_cm * rms_cm * slopes[0].len() as f64 / 2.0;
     let precision: [[f64; MOVING]; MOVING] = core::array::from_fn(|row| {
         core::array::from_fn(|column| {
             let both: f64 = slopes[row].iter().zip(&slopes[column]).map(|(a, b)| a * b).sum();
-            let before = if row == column { course.spread[row].powi(-2) } else { 0.0 };
-            course.news() / squares * both + before
+            let before = if row == column { fit.spread[row].powi(-2) } else { 0.0 };
+            fit.news() / squares * both + before
         })
     });
     let inverse = matrix::inverse_positive_definite(precision);
     let mut variances: [f64; MOVING] = core::array::from_fn(|at| inverse[at][at]);
-    variances[0] += course.growth_noise_variance(&best);
+    variances[0] += fit.growth_noise_variance(&best);
     let sd = variances.map(f64::sqrt);
-    let plant = course.plant(&best);
+    let plant = fit.plant(&best);
     let fitted = [plant.growth.rate, plant.tropism.light, plant.motility.zone, plant.tropism.light_memory_h];
     let residual: Vec<f64> =
         track.samples.iter().zip(&quiet).map(|(sample, tip)| sample.tip.x - tip.x).collect();
@@ -154,7 +154,7 @@ pub fn calibrate(
     Ok(Some(BeanCalibration {
         estimates: core::array::from_fn(|parameter| match parameter {
             FITTED => Estimate::new(period.0, period.1, nutation.1),
-            fitted_one => Estimate::new(fitted[fitted_one], sd[fitted_one], course.spread[fitted_one]),
+            fitted_one => Estimate::new(fitted[fitted_one], sd[fitted_one], fit.spread[fitted_one]),
         }),
         rms_cm,
     }))
@@ -177,9 +177,9 @@ fn logarithmic(variation: f64) -> f64 {
     math::ln(1.0 + variation * variation).sqrt().max(0.02)
 }
 
-impl<'t> Course<'t> {
+impl<'t> Fit<'t> {
     fn new(track: &'t Track, period_min: f64, species: &'t Species) -> Result<Self, CalibrateError> {
-        let is_measured = |sample: &&tropism::track::Sample| sample.quality != Quality::Held;
+        let is_measured = |sample: &&tropism::track::Sample| sample.quality != Quality::CarriedForward;
         let measured =
             track.samples.iter().filter(is_measured).filter(|sample| sample.light.is_some()).count();
         if measured < FEWEST {
@@ -207,14 +207,14 @@ impl<'t> Course<'t> {
 
     /// Readings that the track counts for.
     fn news(&self) -> f64 {
-        self.track.samples.len() as f64 * self.period_min / 60.0 / NEWS_H
+        self.track.samples.len() as f64 * self.period_min / 60.0 / DECORRELATION_H
     }
 
-    /// The species' average plant with the moving parameters at `moved`, logarithms of their change.
-    fn plant(&self, moved: &[f64; MOVING]) -> Individual {
+    /// The species' average plant with the moving parameters at `log_factors`, logarithms of their change.
+    fn plant(&self, log_factors: &[f64; MOVING]) -> Individual {
         let mut plant = self.species.average();
         let [rate, light, zone, memory, slows] =
-            moved.map(|moved| math::exp(moved.clamp(-FARTHEST, FARTHEST)));
+            log_factors.map(|log_factors| math::exp(log_factors.clamp(-MAX_LOG_CHANGE, MAX_LOG_CHANGE)));
         plant.growth.rate *= rate;
         plant.tropism.light *= light;
         plant.motility.zone *= zone;
@@ -225,13 +225,13 @@ impl<'t> Course<'t> {
 
     /// Tip of a noise-free plant at each sample. Its leaves unfold at the typical age. It does not circumnutate, because the
     /// phase is unknown.
-    fn tips(&self, moved: &[f64; MOVING]) -> Vec<Point> {
-        self.live(moved, |bean| detector::highest_point(&bean.pose()))
+    fn tips(&self, log_factors: &[f64; MOVING]) -> Vec<Point> {
+        self.live(log_factors, |bean| detector::highest_point(&bean.pose()))
     }
 
     /// What `look` sees of that plant at each sample.
-    fn live<T>(&self, moved: &[f64; MOVING], look: impl Fn(&Bean) -> T) -> Vec<T> {
-        let mut plant = self.plant(moved);
+    fn live<T>(&self, log_factors: &[f64; MOVING], look: impl Fn(&Bean) -> T) -> Vec<T> {
+        let mut plant = self.plant(log_factors);
         let (length, lean) = self.start;
         plant.growth.start = plant.growth.start.min(length);
         plant.nutation.curvature = 0.0;
@@ -259,9 +259,9 @@ impl<'t> Course<'t> {
     ///
     /// That of the mean of a log-normal Ornstein-Uhlenbeck process over the time in which the plant grew, counted as Kish
     /// counts unequal weights.
-    fn growth_noise_variance(&self, moved: &[f64; MOVING]) -> f64 {
+    fn growth_noise_variance(&self, log_factors: &[f64; MOVING]) -> f64 {
         let Fluctuation { growth, growth_h, .. } = self.species.typical.fluctuation;
-        let lengths = self.live(moved, Bean::length);
+        let lengths = self.live(log_factors, Bean::length);
         let steps: Vec<f64> = lengths.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let squares: f64 = steps.iter().map(|step| step * step).sum();
         let whole: f64 = steps.iter().sum();
@@ -273,7 +273,7 @@ impl<'t> Course<'t> {
     /// x and y of `tips` less those of `others`, at the measured samples.
     fn apart(&self, tips: &[Point], others: &[Point]) -> Vec<f64> {
         let pairs = self.track.samples.iter().zip(tips.iter().zip(others));
-        let measured = pairs.filter(|(sample, _)| sample.quality != Quality::Held);
+        let measured = pairs.filter(|(sample, _)| sample.quality != Quality::CarriedForward);
         measured.flat_map(|(_, (tip, other))| [tip.x - other.x, tip.y - other.y]).collect()
     }
 
@@ -292,21 +292,24 @@ impl<'t> Course<'t> {
         let mut search = CmaEs::new(&[0.0; FITTED], INITIAL_SD, POPULATION, 0);
         for _ in 0..GENERATIONS {
             let points = search.ask();
-            let cost = |point: &Vec<f64>| may_go_on().then(|| self.unlikeliness(&all(point)));
+            let cost = |point: &Vec<f64>| may_go_on().then(|| self.negative_log_posterior(&all(point)));
             let costs: Vec<f64> = points.iter().map(cost).collect::<Option<_>>()?;
             search.tell(&points, &costs);
             if search.sd() < CONVERGED_SD {
                 break;
             }
         }
-        Some(all(search.mean()).map(|moved| moved.clamp(-FARTHEST, FARTHEST)))
+        Some(all(search.mean()).map(|log_factors| log_factors.clamp(-MAX_LOG_CHANGE, MAX_LOG_CHANGE)))
     }
 
     /// Twice the negative logarithm of how likely the moving parameters are, after the track, but for a constant.
-    fn unlikeliness(&self, moved: &[f64; MOVING]) -> f64 {
-        let unlikely: f64 =
-            moved.iter().zip(self.spread).map(|(moved, spread)| (moved / spread).powi(2)).sum();
-        self.news() * math::ln(self.distance(&self.tips(moved))) + unlikely
+    fn negative_log_posterior(&self, log_factors: &[f64; MOVING]) -> f64 {
+        let unlikely: f64 = log_factors
+            .iter()
+            .zip(self.spread)
+            .map(|(log_factors, spread)| (log_factors / spread).powi(2))
+            .sum();
+        self.news() * math::ln(self.distance(&self.tips(log_factors))) + unlikely
     }
 }
 
@@ -318,10 +321,10 @@ fn spectral(values: &[f64], interval: f64, before: (f64, f64)) -> (f64, f64) {
     let changes: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let count = changes.len() as f64;
     let (typical, spread) = before;
-    let moved = |band: usize| PERIODS * spread * (2.0 * band as f64 / (BANDS as f64 - 1.0) - 1.0);
+    let log_factors = |band: usize| PERIODS * spread * (2.0 * band as f64 / (BANDS as f64 - 1.0) - 1.0);
     let power: Vec<f64> = (0..BANDS)
         .map(|band| {
-            let turn = TAU * interval / (typical * math::exp(moved(band)));
+            let turn = TAU * interval / (typical * math::exp(log_factors(band)));
             let (mut even, mut odd) = (0.0, 0.0);
             for (index, change) in changes.iter().enumerate() {
                 let window = 0.5 - 0.5 * math::cos(TAU * (index as f64 + 0.5) / count);
@@ -333,18 +336,18 @@ fn spectral(values: &[f64], interval: f64, before: (f64, f64)) -> (f64, f64) {
         .collect();
     let mean = math::statistics::mean(power.iter().copied());
     let smooth = |at: usize| {
-        let weight = |band: usize| math::exp(-0.5 * ((moved(band) - moved(at)) / LINE).powi(2));
+        let weight = |band: usize| math::exp(-0.5 * ((log_factors(band) - log_factors(at)) / LINE).powi(2));
         let weights: f64 = (0..BANDS).map(weight).sum();
         (0..BANDS).map(|band| weight(band) * power[band]).sum::<f64>() / weights / mean
     };
     let likely: Vec<f64> =
-        (0..BANDS).map(|band| math::exp(smooth(band) - 0.5 * (moved(band) / spread).powi(2))).collect();
+        (0..BANDS).map(|band| math::exp(smooth(band) - 0.5 * (log_factors(band) / spread).powi(2))).collect();
     let whole: f64 = likely.iter().sum();
     let expected = |value: &dyn Fn(f64) -> f64| {
-        (0..BANDS).map(|band| likely[band] * value(moved(band))).sum::<f64>() / whole
+        (0..BANDS).map(|band| likely[band] * value(log_factors(band))).sum::<f64>() / whole
     };
-    let centre = expected(&|moved| moved);
-    (typical * math::exp(centre), expected(&|moved| (moved - centre).powi(2)).sqrt())
+    let centre = expected(&|log_factors| log_factors);
+    (typical * math::exp(centre), expected(&|log_factors| (log_factors - centre).powi(2)).sqrt())
 }
 
 #[cfg(test)]

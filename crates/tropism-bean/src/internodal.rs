@@ -2,7 +2,7 @@
 //! one after the other.
 //!
 //! In: what each segment of the rod perceives. Out: its rate of bending, and where the stem is motile. The idea: a second
-//! reality, on which recipes are judged that were made for the first one. Elongation, mechanics, leaves, pauses and
+//! plant simulator, on which methods are judged that were made for the first one. Elongation, mechanics, leaves, pauses and
 //! fluctuations are those of any shoot; how bending answers light, gravity and its own clock is not:
 //!
 //! - **Memory.** Light and gravity are one stimulus `s = nu light + beta gravity`. The response is its integral over a kernel

@@ -94,7 +94,7 @@ fn is_papers(layout: &Layout) -> bool {
 /// Half width and height of the region in which a plant can stand, in cm. Chosen by hand: in the picture, between the lamps.
 const GROWS_TO: Point = Point::new(24.0, 40.0);
 
-/// Height by which a pole that leaves the tent is told to vision, in cm. Chosen: far above the tent; JSON knows no infinity.
+/// Height by which a pole that leaves the tent is given to vision, in cm. Chosen: far above the tent; JSON knows no infinity.
 const TALLEST_CM: f64 = 1000.0;
 
 /// Lower edge of that region, in cm. Chosen by hand: above the rim and the soil.

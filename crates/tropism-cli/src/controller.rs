@@ -15,13 +15,13 @@ use tropism_lab::transfer::{ControllerSource, NamedController};
 use crate::options::{TaskOption, parse_minutes};
 use crate::shell::Shell;
 
-/// A controller by name: `periodic`, `periodic:6h`, `chase`, or the file of an evolved network, a tuned rule, a planner or a model.
+/// A controller by name: `periodic`, `periodic:6h`, `greedy`, or the file of an evolved network, a tuned rule, a planner or a model.
 #[derive(Clone, Debug)]
 pub(crate) enum ControllerName {
     /// Each lamp in turn for so many minutes.
     Periodic(f64),
     /// The lamp towards the next target.
-    Chase,
+    Greedy,
     /// A champion, a genome, a rule or a model as JSON, or a planner as TOML.
     File(PathBuf),
 }
@@ -32,7 +32,8 @@ impl FromStr for ControllerName {
     fn from_str(text: &str) -> Result<Self, String> {
         match text.split_once(':') {
             _ if text == "periodic" => Ok(Self::Periodic(PAPER_SWITCH_MIN)),
-            _ if text == "chase" => Ok(Self::Chase),
+            // `chase` is what people learnt to type before.
+            _ if text == "greedy" || text == "chase" => Ok(Self::Greedy),
             Some(("periodic", time)) => Ok(Self::Periodic(parse_minutes(time)?)),
             _ if is_word(text) => Err(format!("found no file of this name, wanted {KINDS}")),
             _ => Ok(Self::File(text.into())),
@@ -41,7 +42,7 @@ impl FromStr for ControllerName {
 }
 
 /// What a controller may be.
-const KINDS: &str = "periodic, periodic:6h (or 90m, 2d), chase, or the file of an evolved network (champion.json), a \
+const KINDS: &str = "periodic, periodic:6h (or 90m, 2d), greedy, or the file of an evolved network (champion.json), a \
                      tuned rule (rule.json), a planner (planner.toml) or a model to plan on (stem.json)";
 
 /// Whether `text` can only be meant as the name of a kind of controller: no file has it, and it does not look like one.
@@ -55,7 +56,7 @@ impl ControllerName {
     pub(crate) const fn file(&self) -> Option<&PathBuf> {
         match self {
             Self::File(path) => Some(path),
-            Self::Periodic(_) | Self::Chase => None,
+            Self::Periodic(_) | Self::Greedy => None,
         }
     }
 
@@ -63,7 +64,7 @@ impl ControllerName {
     pub(crate) fn load(&self) -> Result<ControllerSpec> {
         Ok(match self {
             Self::Periodic(minutes) => ControllerSpec::periodic(*minutes),
-            Self::Chase => ControllerSpec::Greedy,
+            Self::Greedy => ControllerSpec::Greedy,
             Self::File(path) => ControllerSpec::read(path)?,
         })
     }
@@ -77,7 +78,7 @@ impl ControllerName {
                     if minutes % 60.0 == 0.0 { (minutes / 60.0, 'h') } else { (*minutes, 'm') };
                 named(format!("periodic-{time}{unit}"), ControllerSpec::periodic(*minutes))
             }
-            Self::Chase => named("chase".to_owned(), ControllerSpec::Greedy),
+            Self::Greedy => named("greedy".to_owned(), ControllerSpec::Greedy),
             Self::File(path) => ControllerSource::Path(path.clone()),
         }
     }

@@ -150,7 +150,7 @@ fn parse_faults(text: &str) -> Result<Faults, String> {
 const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("anyway", "--anyway"),
     ("base", "--base"),
-    ("bound", "--bound"),
+    ("reference", "--reference"),
     ("calibration", "--calibration"),
     ("controllers", "--controllers"),
     ("crop", "--crop"),

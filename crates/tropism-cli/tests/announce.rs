@@ -1,4 +1,4 @@
-//! What a run tells people and systemd.
+//! What a run reports to people and systemd.
 #![cfg(unix)]
 
 use std::fs;
@@ -50,10 +50,10 @@ fn people_hear_how_a_run_begins_and_ends_and_systemd_that_it_lives() {
     let folder = tempfile::tempdir().unwrap();
     let output = run(folder.path(), "periodic:10m");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let told = read(folder.path(), "told");
-    let lines: Vec<&str> = told.lines().collect();
-    assert!(lines[0].starts_with("started, step 0: "), "{told}");
-    assert!(lines[lines.len() - 1].contains(": 5 steps"), "{told}");
+    let printed = read(folder.path(), "told");
+    let lines: Vec<&str> = printed.lines().collect();
+    assert!(lines[0].starts_with("started, step 0: "), "{printed}");
+    assert!(lines[lines.len() - 1].contains(": 5 steps"), "{printed}");
     let said = read(folder.path(), "said");
     for word in ["READY=1", "WATCHDOG=1", "STATUS=step 5: tip at ", "STOPPING=1"] {
         assert!(said.lines().any(|line| line.starts_with(word)), "{word} is not in {said}");
@@ -84,7 +84,7 @@ fn people_hear_of_an_error_that_ends_a_run() {
     fs::create_dir_all(folder.path().join("bean/photographs/000002.jpg")).unwrap();
     let output = run(folder.path(), "periodic:10m");
     assert_eq!(output.status.code(), Some(1));
-    let told = read(folder.path(), "told");
-    assert!(told.contains("fault: ") && told.contains("000002.jpg"), "{told}");
-    assert!(!told.contains("finished"), "{told}");
+    let printed = read(folder.path(), "told");
+    assert!(printed.contains("fault: ") && printed.contains("000002.jpg"), "{printed}");
+    assert!(!printed.contains("finished"), "{printed}");
 }

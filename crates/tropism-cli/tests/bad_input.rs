@@ -122,17 +122,17 @@ fn options_that_would_do_nothing() {
     let tune = ["tune", "--model", "model.json", "--out", "rule.json", "--scale", "0.5"];
     fails(&folder, &tune, &["--scale", "wanted --beans"]);
     fails(&folder, &["evolve", "--out", "e", "--resume"], &["e/evolution.toml: cannot read"]);
-    fs::write(folder.path().join("recipes.toml"), "laboratories = 2\n[[worlds]]\nname = \"one\"\n").unwrap();
+    fs::write(folder.path().join("methods.toml"), "replicates = 2\n[[scenarios]]\nname = \"one\"\n").unwrap();
     fs::write(
         folder.path().join("space.toml"),
         "kind = \"space\"\ntargets = [[1.0, 6.0]]\ndepths_cm = [1.0]\n",
     )
     .unwrap();
-    let space = ["--controller", "chase", "--task", "space.toml", "--lamps", "2", "--out", "n.json"];
+    let space = ["--controller", "greedy", "--task", "space.toml", "--lamps", "2", "--out", "n.json"];
     for command in [&["grow"][..], &["run", "--rig", "greenhouse"]] {
         fails(&folder, &[command, &space].concat(), &["--lamps 2", "wanted 4 lamps"]);
     }
-    let study = ["study", "recipes.toml", "--keep", "photographs", "--out", "study"];
+    let study = ["study", "methods.toml", "--keep", "photographs", "--out", "study"];
     fails(&folder, &study, &["found --keep", "wanted none"]);
     fs::write(folder.path().join("nowhere.toml"), "targets = []\n").unwrap();
     let nowhere = ["--model", "model.json", "--task", "nowhere.toml", "--out", "n.json"];
@@ -161,7 +161,11 @@ fn models() {
     ] {
         fails(&folder, &["baseline", "--model", model, "--count", "10"], &[wanted]);
         fails(&folder, &["evolve", "--model", model, "--out", "e", "--generations", "1"], &[wanted]);
-        fails(&folder, &["simulate", "--model", model, "--controller", "chase", "--out", "t.csv"], &[wanted]);
+        fails(
+            &folder,
+            &["simulate", "--model", model, "--controller", "greedy", "--out", "t.csv"],
+            &[wanted],
+        );
     }
     assert!(!folder.path().join("e").exists());
 }
@@ -171,7 +175,7 @@ fn a_model_without_data_where_the_plant_is_says_so() {
     let folder = folder();
     fs::write(folder.path().join("high.csv"), TRACK.replace(",4", ",40")).unwrap();
     assert_eq!(tropism(folder.path(), &["fit", "high.csv", "--out", "high.json"]).0, 0);
-    let words = ["--model", "high.json", "--controller", "chase", "--out", "t.csv"];
+    let words = ["--model", "high.json", "--controller", "greedy", "--out", "t.csv"];
     fails(&folder, &[&["simulate"], &words[..]].concat(), &["no data", "0.0, 4.0"]);
     fails(&folder, &["evolve", "--model", "high.json", "--out", "e"], &["no data"]);
     fails(&folder, &["baseline", "--model", "high.json", "--count", "10"], &["no data"]);
@@ -243,9 +247,9 @@ fn genomes() {
     fails(&folder, &["show", "photos"], &["evolution.toml"]);
     put("photos/champion.json", &json);
     fails(&folder, &["show", "photos"], &["evolution.toml"]);
-    let run = ["run", "--rig", "greenhouse", "--controller", "chase", "--steps", "1", "--out", "r"];
+    let run = ["run", "--rig", "greenhouse", "--controller", "greedy", "--steps", "1", "--out", "r"];
     assert_eq!(tropism(folder.path(), &run).0, 0);
-    fails(&folder, &["show", "r"], &["run.toml: found the controller \"chase\", wanted a network"]);
+    fails(&folder, &["show", "r"], &["run.toml: found the controller \"greedy\", wanted a network"]);
     let three = tropism_neat::random_genome(&config, 3, 1, 1, 0).to_json();
     put("three.json", &three);
     assert_eq!(tropism(folder.path(), &["show", "three.json", "--out", "three.html"]).0, 0);
@@ -259,7 +263,7 @@ fn tasks_rigs_and_studies() {
     fails(&folder, &["score", "track.csv", "--task", "swapped.toml"], &["swapped.toml", "targets[1]"]);
     fails(&folder, &["score", "track.csv", "--task", "nan.toml"], &["targets[0]"]);
     fails(&folder, &["study", "bad.toml"], &["bad.toml", "targts"]);
-    // Other files than settings: none is told whole.
+    // Other files than settings: none is printed whole.
     fs::write(folder.path().join("long.toml"), "x".repeat(5000)).unwrap();
     fails(&folder, &["study", "long.toml"], &["long.toml: line 1: found \"xxx", "xxx...\""]);
     fs::write(folder.path().join("bytes.toml"), b"seed = \xff").unwrap();
@@ -269,11 +273,11 @@ fn tasks_rigs_and_studies() {
         &["bytes.toml: found a byte that is no text (UTF-8) at place 8"],
     );
     fails(&folder, &["study", "absent.toml"], &["absent.toml: cannot read"]);
-    fs::write(folder.path().join("recipes.toml"), "laboratoris = 2\n[[worlds]]\nname = \"one\"\n").unwrap();
-    fails(&folder, &["study", "recipes.toml"], &["recipes.toml: line 1", "`laboratoris`", "`laboratories`"]);
+    fs::write(folder.path().join("methods.toml"), "replicats = 2\n[[scenarios]]\nname = \"one\"\n").unwrap();
+    fails(&folder, &["study", "methods.toml"], &["methods.toml: line 1", "`replicats`", "`replicates`"]);
     fs::write(folder.path().join("zero.toml"), "experiments = 0\n").unwrap();
     fails(&folder, &["study", "zero.toml"], &["experiments = 0"]);
-    let run = |rig| ["run", "--rig", rig, "--controller", "chase", "--out", "r"];
+    let run = |rig| ["run", "--rig", rig, "--controller", "greedy", "--out", "r"];
     fails(&folder, &run("absent.toml"), &["absent.toml: cannot read"]);
     fails(&folder, &run("bad.toml"), &["bad.toml", "targts"]);
     fails(&folder, &run("nothing.toml"), &["nothing.toml", "camera, lamps, calibration"]);
@@ -331,7 +335,7 @@ fn numbers_out_of_range() {
         "--rig",
         "greenhouse",
         "--controller",
-        "chase",
+        "greedy",
         "--out",
         "r",
         "--seed",
@@ -368,11 +372,11 @@ fn beans_scenes_and_faults() {
         put("bean.toml", text);
         fails(&folder, &["grow", "--bean", "bean.toml", "--out", "g"], &[wanted]);
         let run =
-            ["run", "--rig", "greenhouse", "--controller", "chase", "--out", "r", "--bean", "bean.toml"];
+            ["run", "--rig", "greenhouse", "--controller", "greedy", "--out", "r", "--bean", "bean.toml"];
         fails(&folder, &run, &[wanted]);
         fails(&folder, &["study", "--quick", "--out", "s", "--bean", "bean.toml"], &[wanted]);
     }
-    let run = ["run", "--rig", "greenhouse", "--controller", "chase", "--out", "r"];
+    let run = ["run", "--rig", "greenhouse", "--controller", "greedy", "--out", "r"];
     for (text, wanted) in [
         ("widht = 640\n", "scene.toml: line 1: found \"widht = 640\": unknown field `widht`"),
         ("width = 640.5\n", "invalid type"),
@@ -390,17 +394,20 @@ fn beans_scenes_and_faults() {
     }
     fails(&folder, &[&run[..], &["--scale", "3"]].concat(), &["--scale 3, wanted 0 to 2"]);
     put("rig.toml", "[greenhouse]\n");
-    let rig = ["run", "--rig", "rig.toml", "--controller", "chase", "--out", "r", "--scale", "0"];
+    let rig = ["run", "--rig", "rig.toml", "--controller", "greedy", "--out", "r", "--scale", "0"];
     fails(&folder, &rig, &["rig.toml, wanted them in its [greenhouse]"]);
-    for (patience, wanted) in [
-        ("moved_px = -1", "rig.toml: found patience.moved_px = -1, wanted 0 to 100000, or inf"),
-        ("hot_c = nan", "rig.toml: found patience.hot_c = NaN, wanted 0 to 200, or inf"),
-        ("flash_tries = 0", "rig.toml: found patience.flash_tries = 0, wanted 1 to 10"),
-        ("ballast_mb = 4000000000", "rig.toml: found patience.ballast_mb = 4000000000, wanted 0 to 10000"),
+    for (fault_policy, wanted) in [
+        ("moved_px = -1", "rig.toml: found fault_policy.moved_px = -1, wanted 0 to 100000, or inf"),
+        ("hot_c = nan", "rig.toml: found fault_policy.hot_c = NaN, wanted 0 to 200, or inf"),
+        ("flash_tries = 0", "rig.toml: found fault_policy.flash_tries = 0, wanted 1 to 10"),
+        (
+            "reserve_mb = 4000000000",
+            "rig.toml: found fault_policy.reserve_mb = 4000000000, wanted 0 to 10000",
+        ),
         ("gap_min = 1e300", "wanted 0 to 525600, or inf"),
         ("flash_tries = \"2\"", "rig.toml: line 2: found \"flash_tries = \\\"2\\\"\": invalid type"),
     ] {
-        put("rig.toml", &format!("[patience]\n{patience}\n[greenhouse]\n"));
+        put("rig.toml", &format!("[fault_policy]\n{fault_policy}\n[greenhouse]\n"));
         fails(&folder, &rig[..7], &[wanted]);
     }
     for (camera, wanted) in [
@@ -428,6 +435,6 @@ fn pipes_devices_and_folders_are_no_files_and_are_not_waited_for() {
             fails(&folder, command, &[file, found]);
         }
     }
-    let rig = ["run", "--rig", "pipe.csv", "--controller", "chase", "--out", "r"];
+    let rig = ["run", "--rig", "pipe.csv", "--controller", "greedy", "--out", "r"];
     fails(&folder, &rig, &["pipe.csv", "found a pipe"]);
 }

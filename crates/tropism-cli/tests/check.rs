@@ -181,7 +181,7 @@ fn what_is_wrong_in_a_tent_is_found() {
             "rig.toml",
             "[\"touch\", \"left\"]",
             "[\"true\"]",
-            "warn lamps left lamp: did what it was told, and the photograph does not",
+            "warn lamps left lamp: did what it was printed, and the photograph does not",
         ),
         (
             "rig.toml",
@@ -251,7 +251,7 @@ fn all_faults_of_a_file_and_of_the_devices_are_told_at_once() {
     has(&lines, "pause_s");
     assert_eq!((code, lines.len()), (1, 2), "{lines:#?}");
 
-    fs::write(folder.join("rig.toml"), format!("period_min = 0\n{text}[patience]\nflash_tries = 0\n"))
+    fs::write(folder.join("rig.toml"), format!("period_min = 0\n{text}[fault_policy]\nflash_tries = 0\n"))
         .unwrap();
     let (_, lines) = check(folder, &["--photographs", "kept"]);
     has(&lines, "period_min = 0");

@@ -78,8 +78,11 @@ fn tracks_that_were_left_out_judge_too() {
     let folder = folder();
     let here = folder.path();
     let forecast = ["forecast", "--models", "stem.json", "--tracks", "others", "--horizons", "30"];
-    let told = tropism(here, &forecast).unwrap();
-    assert!(told.contains("2 virtual plants left out") && told.contains("measured tips and stems"), "{told}");
+    let printed = tropism(here, &forecast).unwrap();
+    assert!(
+        printed.contains("2 virtual plants left out") && printed.contains("measured tips and stems"),
+        "{printed}"
+    );
     let error = |words: &[&str]| tropism(here, words).unwrap_err();
     let far = error(&["forecast", "--models", "stem.json", "--tracks", "others", "--horizons", "3000"]);
     assert!(far.contains("found no start in the 2 plants"), "{far}");
@@ -97,10 +100,11 @@ fn a_model_in_space_is_judged_in_space_and_beside_one_of_the_plane_from_the_fron
     }
     let forecast = ["forecast", "--plants", "2", "--horizons", "60", "--interval", "240", "--models"];
     let errors = |models: &[&str]| {
-        let told = json(here, &[&forecast[..], models].concat());
-        let error =
-            |row: usize, part: &str| told["lights"][0]["models"][row][part][0]["mean_cm"].as_f64().unwrap();
-        (told["in_space"].as_bool().unwrap(), [error(0, "tip"), error(1, "tip"), error(1, "stem")])
+        let printed = json(here, &[&forecast[..], models].concat());
+        let error = |row: usize, part: &str| {
+            printed["lights"][0]["models"][row][part][0]["mean_cm"].as_f64().unwrap()
+        };
+        (printed["in_space"].as_bool().unwrap(), [error(0, "tip"), error(1, "tip"), error(1, "stem")])
     };
     let (in_space, of_space) = errors(&["space.json"]);
     let (in_plane, from_front) = errors(&["space.json", "stem.json"]);

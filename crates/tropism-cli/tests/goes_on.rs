@@ -1,4 +1,4 @@
-//! Long work goes on from what it wrote alone, and tells how far it is.
+//! Long work goes on from what it wrote alone, and shows how far it is.
 
 use std::fs;
 use std::path::Path;
@@ -46,13 +46,16 @@ fn a_rule_of_one_plant_carries_no_expectation() {
     let here = folder.path();
     grow_and_fit(here, "1");
     let search = ["--generations", "2", "--population", "4", "--episodes", "2"];
-    let told =
+    let printed =
         tropism(here, &[&["tune", "--model", "stem.json", "--out", "rule.json"], &search[..]].concat());
-    assert!(told.contains("unseen plants of the model"), "{told}");
-    assert!(told.contains("expected on unseen plants: withheld, for the model is of one plant"), "{told}");
+    assert!(printed.contains("unseen plants of the model"), "{printed}");
+    assert!(
+        printed.contains("expected on unseen plants: withheld, for the model is of one plant"),
+        "{printed}"
+    );
     assert!(!fs::read_to_string(here.join("rule.json")).unwrap().contains("expected"));
     let words =
-        ["transfer", "--controllers", "rule.json", "chase", "--plants", "2", "--json", "--out", "transfer"];
+        ["transfer", "--controllers", "rule.json", "greedy", "--plants", "2", "--json", "--out", "transfer"];
     let transfer: serde_json::Value = serde_json::from_str(&tropism(here, &words)).unwrap();
     assert!(transfer["controllers"][0]["expected"].is_null(), "{transfer}");
 }
@@ -69,12 +72,12 @@ fn a_killed_search_for_a_rule_goes_on_alone() {
     let lines = || fs::read_to_string(&saved).map_or(0, |text| text.lines().count());
     kill_when(command(here, &tune("rule.json")).spawn().unwrap(), || lines() > 3);
     assert!(saved.exists() && !here.join("rule.json").exists(), "it was killed at work");
-    let told = tropism(here, &["status", "rule.json"]);
+    let printed = tropism(here, &["status", "rule.json"]);
     assert!(
-        told.starts_with("rule.json: not finished\ngenerations  ") && told.contains(" of 30, best "),
-        "{told}"
+        printed.starts_with("rule.json: not finished\ngenerations  ") && printed.contains(" of 30, best "),
+        "{printed}"
     );
-    assert!(told.ends_with("tropism tune --out rule.json --resume"), "{told}");
+    assert!(printed.ends_with("tropism tune --out rule.json --resume"), "{printed}");
     tropism(here, &["tune", "--out", "rule.json", "--resume"]);
     let [whole, resumed] = ["whole.json", "rule.json"].map(|name| fs::read(here.join(name)).unwrap());
     assert!(whole == resumed && !saved.exists());
@@ -86,15 +89,15 @@ fn a_killed_comparison_goes_on_alone() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let transfer = |out| {
-        ["transfer", "--controllers", "chase", "periodic:6h", "--plants", "12", "--seed", "5", "--out", out]
+        ["transfer", "--controllers", "greedy", "periodic:6h", "--plants", "12", "--seed", "5", "--out", out]
     };
     tropism(here, &transfer("whole"));
-    let tracks = here.join("killed/tracks/chase");
+    let tracks = here.join("killed/tracks/greedy");
     let count = || fs::read_dir(&tracks).map_or(0, Iterator::count);
     kill_when(command(here, &transfer("killed")).spawn().unwrap(), || count() > 1);
-    let told = tropism(here, &["status", "killed"]);
-    assert!(told.contains("steered      ") && told.contains(" of 24 plants"), "{told}");
-    assert!(told.ends_with("next: tropism transfer --out killed --resume"), "{told}");
+    let printed = tropism(here, &["status", "killed"]);
+    assert!(printed.contains("steered      ") && printed.contains(" of 24 plants"), "{printed}");
+    assert!(printed.ends_with("next: tropism transfer --out killed --resume"), "{printed}");
     tropism(here, &["transfer", "--out", "killed", "--resume"]);
     for file in ["transfer.json", "plants.csv", "plan.json", "tracks/periodic-6h/plant-0012.csv"] {
         let [whole, resumed] = ["whole", "killed"].map(|out| fs::read(here.join(out).join(file)).unwrap());

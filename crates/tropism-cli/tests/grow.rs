@@ -41,8 +41,8 @@ fn photographs_are_those_of_a_run_and_survive_an_interruption() {
     let here = folder.path();
     fs::write(here.join("scene.toml"), SCENE).unwrap();
     let grow = [&["grow", "--photographs", "--plants", "2"], &OPTIONS[..], &[FAULTS, "--out"]].concat();
-    let told = tropism(here, &[&grow[..], &["beans"]].concat()).unwrap();
-    assert!(told.contains("next: tropism track beans/plant-0001/photographs --calibration"), "{told}");
+    let printed = tropism(here, &[&grow[..], &["beans"]].concat()).unwrap();
+    assert!(printed.contains("next: tropism track beans/plant-0001/photographs --calibration"), "{printed}");
     let whole = files(&here.join("beans"));
     // Plan, calibrations, truths and track; a photograph a step and camera.
     assert_eq!(whole.len(), 2 * (6 + 2 * 17));
@@ -101,7 +101,7 @@ fn photographs_are_those_of_a_run_and_survive_an_interruption() {
     {
         let plant = |name: &str| format!("beans/plant-0001/{name}");
         let out = format!("{photographs}.csv");
-        let told = tropism(
+        let printed = tropism(
             here,
             &[
                 "track",
@@ -115,9 +115,9 @@ fn photographs_are_those_of_a_run_and_survive_an_interruption() {
                 "--json",
             ],
         );
-        let told: serde_json::Value = serde_json::from_str(&told.unwrap()).unwrap();
-        assert_eq!((&told["frames"], &told["is_virtual"]), (&17.into(), &true.into()), "{told}");
-        assert!(told["measured"].as_u64().unwrap() >= 8, "{told}");
+        let printed: serde_json::Value = serde_json::from_str(&printed.unwrap()).unwrap();
+        assert_eq!((&printed["frames"], &printed["is_virtual"]), (&17.into(), &true.into()), "{printed}");
+        assert!(printed["measured"].as_u64().unwrap() >= 8, "{printed}");
     }
     tropism(here, &["depth", "photographs.csv", "side.csv", "--distance", "74,74", "--out", "space.csv"])
         .unwrap();

@@ -77,7 +77,7 @@ fn no_output_overwrites_an_input() {
     stays(&folder, &[&tune[..], &["task.toml", "--task", "task.toml"]].concat(), "task.toml", "task.toml");
     let baseline = ["baseline", "--model", "model.json", "--count", "10", "--out"];
     stays(&folder, &[&baseline[..], &["model.json"]].concat(), "model.json", "model.json");
-    let simulate = ["simulate", "--model", "model.json", "--controller", "chase", "--out"];
+    let simulate = ["simulate", "--model", "model.json", "--controller", "greedy", "--out"];
     stays(&folder, &[&simulate[..], &["model.json"]].concat(), "model.json", "model.json");
     stays(
         &folder,
@@ -242,6 +242,6 @@ fn secrets_of_addresses_are_not_shown_and_a_file_is_advised() {
     fs::write(folder.path().join("rig.toml"), rig.replace("abc123\"\nretries", "abc123\nretries")).unwrap();
     hides(&said(&tropism(
         folder.path(),
-        &["run", "--rig", "rig.toml", "--controller", "chase", "--out", "r"],
+        &["run", "--rig", "rig.toml", "--controller", "greedy", "--out", "r"],
     )));
 }

@@ -42,7 +42,7 @@ fn send(signal: &str, child: &Child) {
 /// A run of the virtual tent that does not end by itself soon.
 fn long_run(folder: &Path, before: &str) -> Child {
     fs::write(folder.join("tent.toml"), "[greenhouse.scene]\nwidth = 324\nheight = 243\n").unwrap();
-    let words = "--quiet run --rig tent.toml --controller chase --steps 100000 --out run --threads 1";
+    let words = "--quiet run --rig tent.toml --controller greedy --steps 100000 --out run --threads 1";
     after(folder, before, words).spawn().unwrap()
 }
 

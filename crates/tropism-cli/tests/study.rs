@@ -11,7 +11,7 @@ steps = 60
 switch_steps = 15
 random_controllers = 100
 trial_plants = 6
-judging_plants = 12
+test_plants = 12
 reality_plants = 1
 
 [task]
@@ -145,7 +145,7 @@ fn is_small_and_goes_on_alone(folder: &Path, numbers: &serde_json::Value) {
     let photographs = |run: &str| fs::read_dir(study.join(run).join("photographs")).unwrap().count();
     assert_eq!(photographs("open-loop/1"), 31);
     assert!((20..=60).contains(&photographs("reality/champion/1")));
-    assert_eq!(photographs("reality/chase/1"), 0);
+    assert_eq!(photographs("reality/greedy/1"), 0);
     assert!(!study.join("open-loop/1/truth.jsonl").exists() && study.join("open-loop/1/truth.csv").exists());
 
     fs::remove_file(folder.join("small.toml")).unwrap();
@@ -198,29 +198,32 @@ fn report_is_whole(folder: &Path, numbers: &serde_json::Value) {
 }
 
 #[test]
-fn a_study_without_recipes_judges_the_rules_by_hand() {
+fn a_study_without_methods_judges_the_rules_by_hand() {
     let folder = tempfile::tempdir().unwrap();
     let study = r#"
-judging_plants = 2
-recipes = []
+test_plants = 2
+methods = []
 
 [task]
 kind = "spiral"
 max_steps = 30
 
-[[worlds]]
+[[scenarios]]
 name = "round"
 "#;
     fs::write(folder.path().join("spiral.toml"), study).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_tropism"));
     command.current_dir(&folder).args(["study", "spiral.toml", "--out", "spiral"]);
     let output = command.output().unwrap();
-    let told = String::from_utf8_lossy(&output.stdout);
+    let printed = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{output:?}");
-    assert!(told.contains("rules by hand alone, without open-loop experiments, models or search"), "{told}");
     assert!(
-        told.contains("round: winding round a pole of 2 cm") && told.contains("2 unseen plants"),
-        "{told}"
+        printed.contains("rules by hand alone, without open-loop experiments, models or search"),
+        "{printed}"
     );
-    assert!(!folder.path().join("spiral/round/laboratory-1").exists(), "a laboratory was at work");
+    assert!(
+        printed.contains("round: winding round a pole of 2 cm") && printed.contains("2 unseen plants"),
+        "{printed}"
+    );
+    assert!(!folder.path().join("spiral/round/replicate-1").exists(), "a replicate was at work");
 }

@@ -33,7 +33,7 @@ fn tent(folder: &Path, out: &str) -> Command {
             "--rig",
             "tent.toml",
             "--controller",
-            "chase",
+            "greedy",
             "--steps",
             "40",
             "--out",
@@ -95,7 +95,7 @@ fn a_run_goes_on_when_nobody_reads_what_it_says() {
     done(&tent(folder.path(), "read").output().unwrap());
     let track = |run: &str| fs::read(folder.path().join(run).join("track.csv")).unwrap();
     assert_eq!(track("unread"), track("read"));
-    // An error that cannot be told is an error still.
+    // An error that cannot be printed is an error still.
     let status = tent(folder.path(), "unread").stderr(dead_pipe()).status().unwrap();
     assert_eq!(status.code(), Some(1));
 }
@@ -202,7 +202,7 @@ impl Real {
         let photographs = recorded.join("photographs");
         let say = |what: &str| format!("[\"sh\", \"-c\", \"echo {what} >> lamps\"]");
         let rig = format!(
-            "period_min = {period_min}\n[patience]\nlate_s = inf\nfree_mb = 0\n{more}\n\
+            "period_min = {period_min}\n[fault_policy]\nlate_s = inf\nfree_mb = 0\n{more}\n\
              [camera]\ndriver = \"replay\"\nfolder = {photographs:?}\n\
              [lamps]\non_exit = \"dark\"\nleft = {}\nright = {}\ndark = {}\n\
              [vision.crop]\nx = 5\ny = 13\nwidth = 421\nheight = 253\n\
@@ -340,7 +340,7 @@ fn a_full_disk_costs_photographs_and_nothing_else() {
         println!("skipped: no disk can be mounted here");
         return;
     }
-    let real = Real::new("ballast_mb = 1\nhold_steps = 40");
+    let real = Real::new("reserve_mb = 1\nhold_steps = 40");
     fs::create_dir(real.run()).unwrap();
     fs::create_dir(real.folder.path().join("saved")).unwrap();
     let script = "mount -t tmpfs -o size=4m none run || exit 9

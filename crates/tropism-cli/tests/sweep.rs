@@ -10,7 +10,7 @@ use std::process::{Command, Output, Stdio};
 
 use tempfile::TempDir;
 
-/// Two settings that differ beyond doubt, and two seeds.
+/// Two settings that clearly differ, and two seeds.
 const SWEEP: &str = r#"
 model = "model.json"
 seeds = [3, 8]
@@ -222,7 +222,7 @@ fn what_is_wrong_with_a_sweep_is_named_before_any_work() {
     refused("seeds = 2", &[], "found no --model, wanted that on which controllers evolve");
     refused("seeds = 2", &["--model", "absent.json"], "absent.json: cannot read");
     refused(&of_model("seeds = 2"), &["--unit", "3"], "found unit = 3, wanted 1 to 2");
-    refused("[laboratories]", &["--model", "model.json"], "laboratories make models of their own");
+    refused("[replicates]", &["--model", "model.json"], "replicates make models of their own");
     assert_ok(&tropism(&folder, &["sweep", "sweep.toml", "--out", "once"]));
     let twice = tropism(&folder, &["sweep", "sweep.toml", "--out", "once"]);
     assert!(
@@ -240,25 +240,25 @@ fn what_is_wrong_with_a_sweep_is_named_before_any_work() {
 }
 
 #[test]
-fn laboratories_are_swept_too() {
+fn replicates_are_swept_too() {
     let folder = tempfile::tempdir().unwrap();
     let text = r#"
 seeds = 2
 [grid]
-recipes.rule.search.generations = [1, 2]
-[laboratories]
-laboratories = 1
+methods.rule.search.generations = [1, 2]
+[replicates]
+replicates = 1
 plants = 2
 steps = 150
-judging_plants = 4
+test_plants = 4
 task = { targets = [[1.0, 5.0]], end_height_cm = 5.3, max_steps = 60 }
-recipes = [{ name = "rule", method = "tune", model = "stem", search = { generations = 1, population = 4, episodes = 4 } }]
-worlds = [{ name = "bean" }]
+methods = [{ name = "rule", kind = "tune", model = "stem", search = { generations = 1, population = 4, episodes = 4 } }]
+scenarios = [{ name = "bean" }]
 "#;
-    fs::write(folder.path().join("laboratories.toml"), text).unwrap();
-    assert_ok(&tropism(&folder, &["sweep", "laboratories.toml", "--out", "whole"]));
+    fs::write(folder.path().join("replicates.toml"), text).unwrap();
+    assert_ok(&tropism(&folder, &["sweep", "replicates.toml", "--out", "whole"]));
     for unit in ["4", "1", "3", "2"] {
-        assert_ok(&tropism(&folder, &["sweep", "laboratories.toml", "--out", "alone", "--unit", unit]));
+        assert_ok(&tropism(&folder, &["sweep", "replicates.toml", "--out", "alone", "--unit", unit]));
     }
     let results = table(&assert_ok(&tropism(&folder, &["sweep", "--out", "alone", "--resume", "--json"])));
     assert_eq!(results["rows"][1]["case"], "bean/rule");
@@ -303,7 +303,7 @@ fn what_needs_python_says_what_to_install_where_there_is_none() {
     }
 }
 
-/// Stands in for Python: finds all modules, writes down what it is told, and answers with what lies in `results.json`.
+/// Stands in for Python: finds all modules, writes down what it reads, and answers with what lies in `results.json`.
 #[cfg(unix)]
 const PYTHON: &str = r#"#!/bin/sh
 case "$1" in

@@ -35,7 +35,7 @@ fn tent() -> TempDir {
 /// A run of six steps in the virtual tent.
 fn run() -> TempDir {
     let folder = tent();
-    let run = ["run", "--rig", "tent.toml", "--controller", "chase", "--steps", "6", "--out", "run"];
+    let run = ["run", "--rig", "tent.toml", "--controller", "greedy", "--steps", "6", "--out", "run"];
     assert!(tropism(folder.path(), &run).status.success());
     folder
 }
@@ -71,7 +71,7 @@ fn a_run_becomes_a_film_and_a_picture() {
     assert_eq!(plant["width"], 160);
     assert_ne!(plant["height"], made["height"]);
     // Held back, the same happens.
-    let slowly = ["run", "--rig", "tent.toml", "--controller", "chase", "--steps", "6", "--speed", "30000"];
+    let slowly = ["run", "--rig", "tent.toml", "--controller", "greedy", "--steps", "6", "--speed", "30000"];
     assert!(tropism(folder.path(), &[&slowly[..], &["--out", "slow"]].concat()).status.success());
     assert!(bytes("run/track.csv") == bytes("slow/track.csv"));
     assert!(bytes("run/photographs/000006.jpg") == bytes("slow/photographs/000006.jpg"));
@@ -81,7 +81,7 @@ fn a_run_becomes_a_film_and_a_picture() {
 fn a_run_at_work_can_be_looked_at() {
     let folder = tent();
     let run =
-        ["run", "--rig", "tent.toml", "--controller", "chase", "--speed", "1000", "--out", "run", "--quiet"];
+        ["run", "--rig", "tent.toml", "--controller", "greedy", "--speed", "1000", "--out", "run", "--quiet"];
     let mut child =
         Command::new(env!("CARGO_BIN_EXE_tropism")).current_dir(&folder).args(run).spawn().unwrap();
     let started = Instant::now();

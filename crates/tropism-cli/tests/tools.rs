@@ -131,7 +131,10 @@ fn status_tells_what_a_run_does() {
     run(folder);
     let status = json(folder, &["status", "bean"]);
     assert_eq!(status["state"], "over");
-    assert_eq!((&status["step"], &status["held"], &status["unconfirmed"]), (&6.into(), &0.into(), &0.into()));
+    assert_eq!(
+        (&status["step"], &status["carried_forward"], &status["unconfirmed"]),
+        (&6.into(), &0.into(), &0.into())
+    );
     assert_eq!(status["event_counts"], serde_json::json!({"started": 1, "finished": 1}));
     assert_eq!(status["latest_events"][1]["text"], "6 steps");
     assert!(status["photograph_age_s"].as_f64().unwrap() < 3600.0);

@@ -84,7 +84,7 @@ fn times_units_and_provenance() {
     let folder = folder();
     let words = succeeds(&folder, ONE);
     assert!(words.contains("12 photographs, one every 5 min by their names, 2 missing"), "{words}");
-    assert!(words.contains("12 measured, 0 held"), "{words}");
+    assert!(words.contains("12 measured, 0 carried forward"), "{words}");
     let track = track(&folder, "one.csv");
     let steps: Vec<u32> = track.samples.iter().map(|sample| sample.step).collect();
     assert_eq!(steps, [0, 1, 2, 3, 4, 5, 6, 7, 10, 11, 12, 13]);
@@ -147,9 +147,9 @@ fn hindsight_fills_gaps_and_measures_nothing() {
     let track = track(&folder, "one.csv");
     let column = |name: &str| track.numbers(name).unwrap_or_else(|| panic!("no column {name}"));
     let (smooth, unsure) = (column("smooth_y_cm"), column("smooth_sd_cm"));
-    // The stem grows by a pixel a step: the held tip stays behind, the smoothed one does not.
+    // The stem grows by a pixel a step: the tip carried forward stays behind, the smoothed one does not.
     let held = &track.samples[4];
-    assert_eq!(held.quality, Quality::Held);
+    assert_eq!(held.quality, Quality::CarriedForward);
     let between = 0.5 * (track.samples[3].tip.y + track.samples[5].tip.y);
     assert!((held.tip.y - between).abs() > 0.15 && (smooth[4] - between).abs() < 0.06, "{smooth:?}");
     assert!(unsure[4] > unsure[3], "{unsure:?}");
@@ -190,12 +190,12 @@ fn series(wall: usize, more: impl Fn(&mut Image, usize)) -> TempDir {
 }
 
 #[test]
-fn wrong_regions_are_doubted_and_no_model_is_fitted_to_them_unasked() {
+fn wrong_regions_give_a_warning_and_no_model_is_fitted_to_them_unasked() {
     let kinds = |folder: &TempDir| -> Vec<String> {
-        let doubts = json(folder, "t.json")["doubts"].as_array().unwrap().clone();
-        doubts.iter().map(|doubt| doubt["kind"].as_str().unwrap().to_owned()).collect()
+        let warnings = json(folder, "t.json")["warnings"].as_array().unwrap().clone();
+        warnings.iter().map(|warning| warning["kind"].as_str().unwrap().to_owned()).collect()
     };
-    let doubted = |folder: &TempDir, line: &str, wanted: &[&str], advice: &str| {
+    let warned = |folder: &TempDir, line: &str, wanted: &[&str], advice: &str| {
         let words = succeeds(folder, &format!("track photos {line} --light left.csv --out t.csv --force"));
         assert_eq!(kinds(folder), wanted, "{line}: {words}");
         assert!(words.contains(advice), "{line}: {words}");
@@ -219,22 +219,22 @@ fn wrong_regions_are_doubted_and_no_model_is_fitted_to_them_unasked() {
         fs::write(folder.path().join("left.csv"), format!("frame,light\n{table}")).unwrap();
     }
     let here = "--base 36,79 --scale 5";
-    doubted(&folder, &format!("--roi 5,51,60,30 {here}"), &["few_measured", "tip_at_edge"], "less than half");
-    doubted(&folder, "--roi 5,5,60,75 --base 45,79 --scale 5", &["root_elsewhere"], "stem begins at 3");
-    doubted(&folder, "--roi 5,5,60,75 --base 36,79", &["scale_assumed"], "give --scale");
-    doubted(&neighbour, &format!("--roi 5,5,75,75 {here}"), &["plants_touch"], "end the --roi between them");
+    warned(&folder, &format!("--roi 5,51,60,30 {here}"), &["few_measured", "tip_at_edge"], "less than half");
+    warned(&folder, "--roi 5,5,60,75 --base 45,79 --scale 5", &["root_elsewhere"], "stem begins at 3");
+    warned(&folder, "--roi 5,5,60,75 --base 36,79", &["scale_assumed"], "give --scale");
+    warned(&neighbour, &format!("--roi 5,5,75,75 {here}"), &["plants_touch"], "end the --roi between them");
     // `--anyway` makes `fit` take the track. A good track needs no option.
     succeeds(&folder, "fit t.csv --anyway --out model.json");
     let words =
         succeeds(&folder, &format!("track photos --roi 5,5,60,75 {here} --light left.csv --out good.csv"));
     assert!(words.contains("next: tropism fit"), "{words}");
     succeeds(&folder, "fit good.csv --out good-model.json");
-    // Rows of any source that are held for the most part are doubtful too.
+    // Rows of any source that are held for the most part are uncertain too.
     let mut text = fs::read_to_string(folder.path().join("good.csv")).unwrap();
-    text = text.replacen("measured", "held", 13);
+    text = text.replacen("measured", "carried_forward", 13);
     fs::write(folder.path().join("held.csv"), text).unwrap();
     let (code, _, error) = tropism(folder.path(), "fit held.csv --out held-model.json");
-    assert!(code == 1 && error.contains("held in 13 of 24 rows"), "{error}");
+    assert!(code == 1 && error.contains("carried forward in 13 of 24 rows"), "{error}");
 }
 
 #[test]
@@ -311,7 +311,7 @@ fn bad_files_are_classes_and_never_end_a_batch() {
     }
     let command = ONE.replace("--scale", "--period 5m --light auto --scale");
     let words = succeeds(&folder, &command);
-    assert!(words.contains("12 measured, 15 held"), "{words}");
+    assert!(words.contains("12 measured, 15 carried forward"), "{words}");
     let sidecar = json(&folder, "one.json");
     let problem = |second: &str| {
         let name = format!("cam_20240501_120{second}.jpg");
@@ -324,7 +324,7 @@ fn bad_files_are_classes_and_never_end_a_batch() {
         ("504", "found a picture of 1 x 1, wanted 120 x 90 as calibrated"),
         ("501", "the same bytes as the photograph before"),
         ("601", "found a damaged picture"),
-        ("609", "no end marker"),
+        ("609", "the data end before the last block"),
     ] {
         assert!(problem(second).contains(wanted), "{second}: {}", problem(second));
     }
@@ -334,7 +334,7 @@ fn bad_files_are_classes_and_never_end_a_batch() {
     for (row, top) in tops.into_iter().enumerate() {
         let frame = frames.values.text(row);
         let is_bad = !frame.ends_with("00.jpg");
-        assert_eq!(is_bad, top.is_nan(), "a held tip has no place in the photograph: {frame}");
+        assert_eq!(is_bad, top.is_nan(), "a tip carried forward has no place in the photograph: {frame}");
     }
 }
 
@@ -371,6 +371,37 @@ fn pictures_of_other_kinds_are_read_or_refused() {
     for sample in &track.samples {
         assert!((sample.tip.y - (79.0 - 39.5) / 5.0).abs() < 0.3, "{sample:?}");
     }
+}
+
+#[test]
+fn pages_light_tables_and_folders_of_names_are_read() {
+    use ::tiff::encoder::{TiffEncoder, colortype};
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = std::io::Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut file).unwrap();
+    for step in 0..6 {
+        let mut image = dark();
+        stem(&mut image, 60, 50 - step);
+        encoder.write_image::<colortype::RGB8>(WIDTH as u32, HEIGHT as u32, &image.rgb).unwrap();
+    }
+    fs::write(folder.path().join("stack.tif"), file.into_inner()).unwrap();
+    let rows: String = (0..6).map(|page| format!("stack.tif#{page:04},left\n")).collect();
+    fs::write(folder.path().join("light.csv"), format!("\u{feff}frame,light\n{rows}")).unwrap();
+    let command =
+        "track stack.tif --roi 10,5,100,75 --base 60,79 --scale 5 --light light.csv --out new/folder/t.csv";
+    let words = succeeds(&folder, command);
+    assert!(words.contains("6 measured"), "{words}");
+    let found = track(&folder, "new/folder/t.csv");
+    assert_eq!(found.samples.len(), 6);
+    assert!((found.samples[5].tip.y - found.samples[0].tip.y - 1.0).abs() < 0.1, "{:?}", found.samples);
+    // The pages have no times.
+    let (code, _, error) = tropism(folder.path(), "fit new/folder/t.csv --out model.json");
+    assert!(code == 1 && error.contains("5 min apart: give --period"), "{error}");
+    succeeds(&folder, &format!("{command} --period 10m --force"));
+    succeeds(&folder, "fit new/folder/t.csv --out model.json");
+    fs::write(folder.path().join("light.csv"), format!("frame,light\n{rows}stack.tif#0003,right\n")).unwrap();
+    let (code, _, error) = tropism(folder.path(), &format!("{command} --force"));
+    assert!(code == 1 && error.contains("line 8: the frame of line 5 again"), "{error}");
 }
 
 #[test]

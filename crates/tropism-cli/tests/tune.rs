@@ -22,8 +22,8 @@ fn folder() -> tempfile::TempDir {
     tropism(folder.path(), &["grow", "--plants", "3", "--steps", "400", "--out", "beans"]).unwrap();
     let tracks = ["beans/plant-0001.csv", "beans/plant-0002.csv", "beans/plant-0003.csv"];
     let fit = [&["fit"], &tracks[..], &["--model", "stem", "--out", "stem.json"]].concat();
-    let told = tropism(folder.path(), &fit).unwrap();
-    assert!(told.contains("next: tropism tune --out rule.json --model stem.json"), "{told}");
+    let printed = tropism(folder.path(), &fit).unwrap();
+    assert!(printed.contains("next: tropism tune --out rule.json --model stem.json"), "{printed}");
     folder
 }
 
@@ -38,10 +38,10 @@ fn a_rule_is_tuned_to_the_same_bytes_on_any_number_of_threads() {
     assert_eq!(rule, fs::read_to_string(here.join("two.json")).unwrap());
     let rule: Value = serde_json::from_str(&rule).unwrap();
     assert_eq!((&rule["schema"], &rule["is_virtual"]), (&"tropism.rule/1".into(), &true.into()));
-    let told = tropism(here, &[&TUNE[..], &["--json", "--out", "three.json"]].concat()).unwrap();
-    let told: Value = serde_json::from_str(&told).unwrap();
-    assert_eq!((&told["rule"], &told["expected"]), (&rule["rule"], &rule["expected"]));
-    assert!(told["expected"]["mean"].as_f64() >= told["chase"]["mean"].as_f64(), "{told}");
+    let printed = tropism(here, &[&TUNE[..], &["--json", "--out", "three.json"]].concat()).unwrap();
+    let printed: Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!((&printed["rule"], &printed["expected"]), (&rule["rule"], &rule["expected"]));
+    assert!(printed["expected"]["mean"].as_f64() >= printed["greedy"]["mean"].as_f64(), "{printed}");
 }
 
 #[test]
@@ -51,9 +51,9 @@ fn a_rule_steers_wherever_a_controller_does() {
     fs::write(here.join("task.toml"), "max_steps = 30\n").unwrap();
     tropism(here, &[&TUNE[..], &["--task", "task.toml", "--out", "rule.json"]].concat()).unwrap();
     let rule = ["--controller", "rule.json"];
-    let simulated = ["simulate", "--model", "stem.json", "--episodes", "5", "--out", "simulated.csv"];
-    let told = tropism(here, &[&simulated[..], &rule].concat()).unwrap();
-    assert!(told.contains("5 simulated plants"), "{told}");
+    let simulated = ["simulate", "--model", "stem.json", "--plants", "5", "--out", "simulated.csv"];
+    let printed = tropism(here, &[&simulated[..], &rule].concat()).unwrap();
+    assert!(printed.contains("5 simulated plants"), "{printed}");
     tropism(here, &[&["grow", "--plants", "1", "--out", "grown"], &rule[..]].concat()).unwrap();
     // Small photographs are quick.
     fs::write(here.join("scene.toml"), "width = 324\nheight = 243\n").unwrap();
@@ -78,12 +78,12 @@ fn networks_evolve_on_a_model_of_the_stem() {
     tropism(here, &[&evolve[..], &["--generations", "2"]].concat()).unwrap();
     let champion = fs::read_to_string(here.join("evolution/champion.json")).unwrap();
     assert!(champion.contains("tropism.champion/1"), "{champion}");
-    // The best fitness for targets that are still to be drawn is not known, and none is told.
+    // The best fitness for targets that are still to be drawn is not known, and none is printed.
     fs::write(here.join("random.toml"), "kind = \"random_targets\"\n").unwrap();
     let random =
         ["evolve", "--model", "stem.json", "--task", "random.toml", "--runs", "1", "--generations", "1"];
-    let told = tropism(here, &[&random[..], &["--out", "random"]].concat()).unwrap();
-    assert!(told.contains("best fitness of a run") && !told.contains("best possible"), "{told}");
+    let printed = tropism(here, &[&random[..], &["--out", "random"]].concat()).unwrap();
+    assert!(printed.contains("best fitness of a run") && !printed.contains("best possible"), "{printed}");
 }
 
 #[test]

@@ -148,7 +148,7 @@ static PHOTOGRAPHED: LazyLock<(String, Vec<u8>)> = LazyLock::new(|| {
     let folder = tempfile::tempdir().unwrap();
     let small = "[lamps_in_view]\n[greenhouse.scene]\nwidth = 324\nheight = 243\n";
     fs::write(folder.path().join("tent.toml"), small).unwrap();
-    let words = ["run", "--rig", "tent.toml", "--controller", "chase", "--steps", "1", "--out", "tent"];
+    let words = ["run", "--rig", "tent.toml", "--controller", "greedy", "--steps", "1", "--out", "tent"];
     assert!(tropism(folder.path(), &words).output().unwrap().status.success());
     let run = folder.path().join("tent");
     let calibration = fs::read_to_string(run.join("calibration.toml")).unwrap();
@@ -186,7 +186,7 @@ impl Tent {
         };
         let camera = camera.replace("PHOTOGRAPH", &path.join("photograph.jpg").display().to_string());
         let rig = format!(
-            "period_min = {period_min:?}\n[patience]\nfree_mb = 0\nballast_mb = 1\nhold_steps = 1000\npause_steps = 1000\n[camera]\n{camera}\n{light}settle_s = 0.01\nmax_on_s = 5.0\n\
+            "period_min = {period_min:?}\n[fault_policy]\nfree_mb = 0\nreserve_mb = 1\nhold_steps = 1000\npause_steps = 1000\n[camera]\n{camera}\n{light}settle_s = 0.01\nmax_on_s = 5.0\n\
              [vision.crop]\nx = 4\ny = 10\nwidth = 316\nheight = 190\n[calibration]\n{}",
             calibration.replace("[base]", "[calibration.base]")
         );

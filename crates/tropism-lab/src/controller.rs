@@ -254,7 +254,7 @@ impl ControllerSpec {
         }
     }
 
-    /// A few words for people: `periodic, every 6 h`, `chase`, `rule`, or the size of the network.
+    /// A few words for people: `periodic, every 6 h`, `greedy`, `rule`, or the size of the network.
     #[must_use]
     pub fn description(&self) -> String {
         match self {
@@ -262,7 +262,7 @@ impl ControllerSpec {
                 format!("periodic, every {} h", minutes / 60.0)
             }
             Self::Periodic { minutes, .. } => format!("periodic, every {minutes} min"),
-            Self::Greedy => "chase".to_owned(),
+            Self::Greedy => "greedy".to_owned(),
             Self::Network { champion } => {
                 let genome = &champion.genome;
                 format!("network, {} neurons, {} links", genome.neurons().len(), genome.links().len())

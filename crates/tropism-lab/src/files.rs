@@ -1,5 +1,7 @@
 //! Files in and out, with errors that name the file.
 
+mod film;
+mod pages;
 mod photographs;
 
 use std::error::Error;
@@ -91,7 +93,7 @@ impl TomlError {
     }
 }
 
-/// The most characters of a line that are told of it: a longer one is hardly a setting, but another kind of file.
+/// The most characters of a line that are printed of it: a longer one is hardly a setting, but another kind of file.
 const MOST_OF_LINE: usize = 200;
 
 /// A line, or its begin and an ellipsis.
@@ -127,7 +129,7 @@ pub fn free_bytes(path: &Path) -> std::io::Result<u64> {
 /// Always, on a system that does not tell.
 #[cfg(not(unix))]
 pub fn free_bytes(_path: &Path) -> std::io::Result<u64> {
-    let wanted = "wanted a system that tells how much is free";
+    let wanted = "wanted a system that reports free space";
     Err(std::io::Error::new(std::io::ErrorKind::Unsupported, wanted))
 }
 
@@ -231,11 +233,11 @@ pub(crate) fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result
     toml::from_str(text).map_err(|error| parse(path)(TomlError::new(text, error)))
 }
 
-/// The most faults of one file that are told at once.
+/// The most faults of one file that are reported at once.
 const MOST_FAULTS: usize = 20;
 
 /// Everything that [`read_toml`] finds wrong in the text of the TOML file at `path`: each line or table that is refused is left
-/// out in turn, and the rest is read again. What is missing is told only if nothing else is wrong.
+/// out in turn, and the rest is read again. What is missing is reported only if nothing else is wrong.
 pub(crate) fn toml_faults<T: DeserializeOwned>(path: &Path, text: &str) -> Vec<FileError> {
     let mut rest = text.to_owned();
     let mut faults = Vec::new();
@@ -346,13 +348,17 @@ fn tracks_in(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
     Ok(found)
 }
 
-/// Reads a photograph, without decoding it.
+/// Reads a photograph, or a page of a file of several, without decoding it.
 ///
 /// # Errors
 /// [`FileError`] if the file cannot be read. Whether it holds a picture shows when it is decoded.
 pub fn read_photo(path: &Path, time_s: f64) -> Result<Photo, FileError> {
     let name = name_text(path.file_name().unwrap_or_default());
-    Ok(Photo { name, bytes: read(path)?, time_s })
+    let bytes = match pages::page_of(path) {
+        Some((file, page)) => pages::read(&file, page)?,
+        None => read(path)?,
+    };
+    Ok(Photo { name, bytes, time_s })
 }
 
 /// Reads the header of a photograph, and no more of the file.
@@ -360,6 +366,9 @@ pub fn read_photo(path: &Path, time_s: f64) -> Result<Photo, FileError> {
 /// # Errors
 /// [`FileError::Disk`].
 pub fn read_header(path: &Path) -> Result<ExifHeader, FileError> {
+    if let Some((file, page)) = pages::page_of(path) {
+        return Ok(ExifHeader::read(&mut std::io::Cursor::new(pages::read(&file, page)?)));
+    }
     check_regular(path)?;
     let file = fs::File::open(path).map_err(disk("read", path))?;
     Ok(ExifHeader::read(&mut BufReader::new(file)))
@@ -377,6 +386,14 @@ pub fn sha256(bytes: &[u8]) -> String {
 /// [`FileError::Disk`].
 pub fn make_folder(path: &Path) -> Result<(), FileError> {
     fs::create_dir_all(path).map_err(disk("make the folder", path))
+}
+
+/// Creates the folder in which a file is to stand.
+pub(crate) fn make_folder_of(file: &Path) -> Result<(), FileError> {
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.exists() => make_folder(folder),
+        _ => Ok(()),
+    }
 }
 
 /// Writes a file whole or not at all: under another name first, then renamed. The old file stays until then. What is no file
@@ -564,12 +581,12 @@ pub fn write_track(path: &Path, track: &Track) -> Result<(), FileError> {
     write(path, &track.to_csv())
 }
 
-/// Lists the photographs that `paths` name, as [`list_photographs`] does.
+/// Lists the files that hold the photographs of `paths`: as [`list_photographs`] does, but without looking into them.
 ///
 /// # Errors
 /// Those of [`list_photographs`].
 pub fn photographs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, FileError> {
-    Ok(list_photographs(paths)?.files)
+    Ok(photographs::list_files(paths)?.files)
 }
 
 /// Lists the files of `folder` with the extension `extension`, by name.

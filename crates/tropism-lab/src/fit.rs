@@ -11,7 +11,7 @@ use tropism::track::{Sample, Track};
 
 pub use crate::model::ModelKind;
 use crate::run::RunConfig;
-use crate::track::{doubts_of, is_virtual};
+use crate::track::{is_virtual, warnings_of};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Fits a model to tracks and writes it to a file.
@@ -24,7 +24,7 @@ pub struct FitPlan {
     pub kind: ModelKind,
     /// Window, growth and grid of a tip-motion model. The others have no such settings.
     pub model: TipModelConfig,
-    /// Whether to take doubtful tracks too, of which [`doubts_of`] tells what speaks against them.
+    /// Whether to take uncertain tracks too, of which [`warnings_of`] lists the reasons.
     pub anyway: bool,
     /// File for the model.
     pub out: PathBuf,
@@ -98,7 +98,7 @@ impl Workflow for FitPlan {
             }
         }
         if !self.anyway {
-            refuse_doubtful(&paths, &tracks)?;
+            refuse_uncertain(&paths, &tracks)?;
         }
         let is_virtual = paths.iter().zip(&tracks).any(|(path, track)| is_of_virtual_plant(path, track));
         let model = self.kind.fit(&tracks.iter().collect::<Vec<_>>(), &self.model, is_virtual)?;
@@ -123,19 +123,19 @@ fn darken_unconfirmed(track: &mut Track) -> usize {
     unconfirmed.map(|(sample, _)| sample.light = None).count()
 }
 
-/// An error that names each doubtful track and what speaks against it.
-fn refuse_doubtful(paths: &[PathBuf], tracks: &[Track]) -> Result<(), Error> {
+/// An error that names each uncertain track and what speaks against it.
+fn refuse_uncertain(paths: &[PathBuf], tracks: &[Track]) -> Result<(), Error> {
     let mut lines = Vec::new();
     for (path, track) in paths.iter().zip(tracks) {
         lines.extend(
-            doubts_of(path, track).iter().map(|doubt| format!("{}: {}", path.display(), doubt.advice)),
+            warnings_of(path, track).iter().map(|warning| format!("{}: {}", path.display(), warning.advice)),
         );
     }
     match lines.as_slice() {
         [] => Ok(()),
-        doubts => Err(Error::Plan(format!(
-            "{}; wanted tracks without doubts, or `anyway` to fit a model to them all the same",
-            doubts.join("; ")
+        warnings => Err(Error::Plan(format!(
+            "{}; wanted tracks without warnings, or `anyway` to fit a model to them all the same",
+            warnings.join("; ")
         ))),
     }
 }

@@ -220,16 +220,16 @@ impl RunFolder {
         read_recorded(&self.path, PhotoFolder::Side, step, recorded)
     }
 
-    fn ballast_path(&self) -> PathBuf {
-        self.path.join("ballast")
+    fn reserve_path(&self) -> PathBuf {
+        self.path.join("reserve")
     }
 
     /// Reserves `megabytes` of the disk in a file that is deleted when the disk is full, unless they are reserved already.
     ///
     /// # Errors
     /// [`FileError::Disk`]; then nothing is reserved.
-    pub fn reserve_ballast(&self, megabytes: u32) -> Result<(), FileError> {
-        let (path, size) = (self.ballast_path(), u64::from(megabytes) << 20);
+    pub fn fill_reserve(&self, megabytes: u32) -> Result<(), FileError> {
+        let (path, size) = (self.reserve_path(), u64::from(megabytes) << 20);
         if size == 0 || path.metadata().is_ok_and(|there| there.len() == size) {
             return Ok(());
         }
@@ -241,14 +241,14 @@ impl RunFolder {
             file.sync_all()
         };
         fill().map_err(|source| {
-            self.release_ballast();
+            self.release_reserve();
             FileError::Disk { action: "keep room for the journal in", path: path.clone(), source }
         })
     }
 
-    /// Deletes the ballast; false if there was none.
-    pub fn release_ballast(&self) -> bool {
-        std::fs::remove_file(self.ballast_path()).is_ok()
+    /// Deletes the reserve; false if there was none.
+    pub fn release_reserve(&self) -> bool {
+        std::fs::remove_file(self.reserve_path()).is_ok()
     }
 
     /// Free bytes on the disk of the folder; `None` if the system does not tell.
@@ -403,7 +403,7 @@ pub fn has_journal(folder: &Path) -> bool {
     ["journal.sqlite", "journal.jsonl"].iter().any(|name| folder.join(name).exists())
 }
 
-/// Pixel of the tip as text; empty if it was not measured in this photograph, as a held tip is not in it.
+/// Pixel of the tip as text; empty if it was not measured in this photograph, as a tip carried forward is not in it.
 pub(crate) fn tip_px(step: &StepRecord) -> [String; 2] {
     match step.seen.tip_px.filter(|_| step.seen.is_measured()) {
         Some(pixel) => [pixel.x, pixel.y].map(|value| format!("{value:.2}")),

@@ -15,11 +15,11 @@
 //! | [`FitPlan`](fit::FitPlan) | a model of tracks |
 //! | [`ForecastPlan`](forecast::ForecastPlan) | models compared by what they predict of plants that were left out |
 //! | [`EvolvePlan`](evolve::EvolvePlan), [`BaselinePlan`](baseline::BaselinePlan) | champions, and the fitness of random controllers |
-//! | [`TunePlan`](tune::TunePlan) | a rule of nine numbers for a model |
+//! | [`TunePlan`](tune::TunePlan) | a rule with nine parameters for a model |
 //! | [`SimulatePlan`](simulate::SimulatePlan), [`ScorePlan`](score::ScorePlan), [`ShowPlan`](show::ShowPlan) | a controller on the model, the fitness of tracks, a network and its decisions |
 //! | [`GrowPlan`](grow::GrowPlan), [`CalibratePlan`](calibrate::CalibratePlan) | virtual beans, and their parameters from tracks |
 //! | [`TransferPlan`](transfer::TransferPlan) | controllers compared on the same unseen virtual plants |
-//! | [`SweepPlan`](sweep::SweepPlan) | seeds times settings of evolutions or of studies of laboratories, in one table |
+//! | [`SweepPlan`](sweep::SweepPlan) | seeds times settings of evolutions or of studies of replicates, in one table |
 //! | [`StudyPlan`](study::StudyPlan), [`ReportPlan`](report::ReportPlan) | the whole paper, and pages of figures |
 //!
 //! Below them: [`files`] and [`Checkpoint`] on the disk, the [`Journal`] of a [`RunFolder`], and the [`Recorder`], which
@@ -70,7 +70,7 @@ pub mod forecast;
 mod finished_run;
 mod figures;
 pub mod transfer;
-pub mod laboratories;
+pub mod replicates;
 pub mod study;
 pub mod sweep;
 pub mod status;

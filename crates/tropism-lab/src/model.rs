@@ -5,6 +5,7 @@ use std::path::Path;
 
 use tropism::control::Controller;
 use tropism::environment;
+pub(crate) use tropism::evolve::reason_to_withhold;
 use tropism::geometry::Point;
 use tropism::plant::tip::TipModel;
 use tropism::plant::{FittedModel, PlantModel};
@@ -97,19 +98,6 @@ fn gap(model: &Model, path: &Path, what: &str, place: Point) -> Option<(f64, Str
         place.y
     );
     Some((gap_cm, found))
-}
-
-/// Share of steps without data from which on no fitness is expected; chosen by hand.
-const MOST_WITHOUT_DATA: f64 = 0.5;
-
-/// Why fitness on a model of so many plants, in which a controller meets so large a share of steps without data, is no expectation
-/// for unseen plants; `None` where it is one.
-pub(crate) fn reason_to_withhold(plants: usize, without_data: f64) -> Option<String> {
-    if plants < 2 {
-        return Some("the model is of one plant, which does not tell how plants differ".to_owned());
-    }
-    (without_data > MOST_WITHOUT_DATA)
-        .then(|| format!("the model has no data in {:.0} % of the steps", 100.0 * without_data))
 }
 
 /// Simulates one plant of `model` that `controller` steers: plant number `episode` of the trials under `seed`. `watch` sees

@@ -1,4 +1,4 @@
-//! How a workflow tells what it is doing, and how it is asked to stop.
+//! How a workflow reports what it is doing, and how it is asked to stop.
 
 use std::ops::ControlFlow;
 

@@ -32,7 +32,7 @@ pub struct SafeStateResults {
     pub is_virtual: bool,
     /// Whether the lamps were left as they are.
     pub is_kept: bool,
-    /// Each device that was told.
+    /// Each device that was printed.
     pub devices: Vec<DeviceResult>,
 }
 

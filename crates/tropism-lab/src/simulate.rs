@@ -153,14 +153,19 @@ fn replay(seen: &[Observed], now: u32, controller: &mut dyn Controller) {
     }
 }
 
-/// Samples one step apart: what is missing is held, under no light.
+/// Samples one step apart: what is missing is carried forward, under no light.
 pub(crate) fn without_gaps(samples: impl IntoIterator<Item = Sample>) -> Vec<Sample> {
     let mut all: Vec<Sample> = Vec::new();
     for sample in samples {
         while let Some(before) = all.last().cloned()
             && before.step + 1 < sample.step
         {
-            all.push(Sample { step: before.step + 1, quality: Quality::Held, light: None, ..before });
+            all.push(Sample {
+                step: before.step + 1,
+                quality: Quality::CarriedForward,
+                light: None,
+                ..before
+            });
         }
         all.push(sample);
     }
@@ -260,6 +265,6 @@ mod tests {
         };
         let all = without_gaps([sample(2), sample(5)]);
         assert_eq!(all.iter().map(|sample| sample.step).collect::<Vec<_>>(), [2, 3, 4, 5]);
-        assert_eq!((all[2].tip.x, all[2].light, all[2].quality), (2.0, None, Quality::Held));
+        assert_eq!((all[2].tip.x, all[2].light, all[2].quality), (2.0, None, Quality::CarriedForward));
     }
 }

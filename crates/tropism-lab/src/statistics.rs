@@ -71,22 +71,22 @@ impl Bootstrap {
     }
 }
 
-/// The 95 % interval of the mean of `values` of each laboratory on each plant: laboratories and plants are both drawn anew,
-/// the same plants for all laboratories.
+/// The 95 % interval of the mean of `values` of each replicate on each plant: replicates and plants are both drawn anew,
+/// the same plants for all replicates.
 ///
 /// # Panics
-/// Without laboratories or plants, or if the laboratories have not as many plants as each other.
-pub(crate) fn interval_over_laboratories(values: &[Vec<f64>], seed: u64) -> [f64; 2] {
+/// Without replicates or plants, or if the replicates have not as many plants as each other.
+pub(crate) fn interval_over_replicates(values: &[Vec<f64>], seed: u64) -> [f64; 2] {
     let plants = values[0].len();
-    assert!(values.iter().all(|values| values.len() == plants), "the same plants in each laboratory");
-    let (of_laboratories, of_plants) = (Bootstrap::new(seed, values.len()), Bootstrap::new(seed, plants));
-    let means: Vec<f64> = of_laboratories
+    assert!(values.iter().all(|values| values.len() == plants), "the same plants in each replicate");
+    let (of_replicates, of_plants) = (Bootstrap::new(seed, values.len()), Bootstrap::new(seed, plants));
+    let means: Vec<f64> = of_replicates
         .picks
         .chunks_exact(values.len())
         .zip(of_plants.picks.chunks_exact(plants))
-        .map(|(laboratories, plants)| {
-            let laboratories = laboratories.iter().map(|&laboratory| &values[laboratory as usize]);
-            mean(laboratories.map(|values| mean(plants.iter().map(|&plant| values[plant as usize]))))
+        .map(|(replicates, plants)| {
+            let replicates = replicates.iter().map(|&replicate| &values[replicate as usize]);
+            mean(replicates.map(|values| mean(plants.iter().map(|&plant| values[plant as usize]))))
         })
         .collect();
     INTERVAL.map(|share| quantile_linear(&means, share))
@@ -135,11 +135,11 @@ mod tests {
     }
 
     #[test]
-    fn laboratories_that_differ_widen_the_interval() {
+    fn replicates_that_differ_widen_the_interval() {
         let plants = sample(8, 60);
-        let laboratory = |shift: f64| plants.iter().map(|score| score + shift).collect::<Vec<f64>>();
-        let alike = interval_over_laboratories(&[laboratory(0.0), laboratory(0.0), laboratory(0.0)], 1);
-        let apart = interval_over_laboratories(&[laboratory(-2.0), laboratory(0.0), laboratory(2.0)], 1);
+        let replicate = |shift: f64| plants.iter().map(|score| score + shift).collect::<Vec<f64>>();
+        let alike = interval_over_replicates(&[replicate(0.0), replicate(0.0), replicate(0.0)], 1);
+        let apart = interval_over_replicates(&[replicate(-2.0), replicate(0.0), replicate(2.0)], 1);
         let width = |[low, high]: [f64; 2]| high - low;
         assert_eq!(alike, Bootstrap::new(1, 60).interval_of_mean(&plants));
         assert!(width(apart) > 3.0 * width(alike), "{apart:?} {alike:?}");

@@ -18,9 +18,9 @@ use crate::evolve::{self, EvolutionStatus};
 use crate::files;
 use crate::folder::{has_journal, read_journal};
 use crate::journal::{StepRecord, lights_that_acted};
-use crate::laboratories::{self, LaboratoriesStatus};
 use crate::lock::holder;
 use crate::monitor::Monitor;
+use crate::replicates::{self, ReplicatesStatus};
 use crate::run::RunConfig;
 use crate::study::{self, StudyStatus};
 use crate::sweep::{self, SweepStatus};
@@ -33,7 +33,7 @@ use crate::workflow::Workflow;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StatusPlan {
-    /// Folder of a run, an evolution, a study, a sweep, or a comparison of controllers or recipes; or the file of a rule.
+    /// Folder of a run, an evolution, a study, a sweep, or a comparison of controllers or methods; or the file of a rule.
     pub folder: PathBuf,
 }
 
@@ -51,8 +51,8 @@ pub enum StatusResults {
     Sweep(SweepStatus),
     /// A comparison of controllers.
     Transfer(TransferStatus),
-    /// A comparison of recipes.
-    Laboratories(LaboratoriesStatus),
+    /// A comparison of methods.
+    Replicates(ReplicatesStatus),
     /// A search for a rule.
     Tune(TuneStatus),
 }
@@ -110,9 +110,9 @@ pub struct RunStatus {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outlook: Vec<TargetOutlook>,
     /// Photographs without a detected plant.
-    pub held: usize,
+    pub carried_forward: usize,
     /// Those in a row up to the latest one.
-    pub held_now: usize,
+    pub carried_forward_now: usize,
     /// Decisions that no lamp confirmed.
     pub unconfirmed: usize,
     /// Size of all photographs.
@@ -140,7 +140,7 @@ pub struct LatestEvent {
     pub unix_s: Option<f64>,
 }
 
-/// How many of the latest events are told.
+/// How many of the latest events are listed.
 const LATEST_EVENTS: usize = 5;
 
 const SECONDS_PER_DAY: f64 = 86_400.0;
@@ -167,12 +167,12 @@ impl Workflow for StatusPlan {
         if is_there("transfer.toml") {
             return transfer::status(&self.folder).map(StatusResults::Transfer);
         }
-        if is_there("laboratories.toml") {
-            return laboratories::status(&self.folder).map(StatusResults::Laboratories);
+        if is_there("replicates.toml") {
+            return replicates::status(&self.folder).map(StatusResults::Replicates);
         }
         if self.folder.is_dir() && !is_there("run.toml") && !is_there("journal.sqlite") {
             return Err(Error::Plan(format!(
-                "{}: found no run.toml, evolution.toml, study.toml, sweep.toml, transfer.toml or laboratories.toml, wanted a \
+                "{}: found no run.toml, evolution.toml, study.toml, sweep.toml, transfer.toml or replicates.toml, wanted a \
                  folder that `run`, `evolve`, `study`, `sweep` or `transfer` wrote",
                 self.folder.display()
             )));
@@ -215,8 +215,9 @@ pub fn of_run(
 ) -> RunStatus {
     let period_s = 60.0 * config.rig.period_min;
     let last = steps.last();
-    let is_held =
-        |step: &&StepRecord| step.seen.observation.as_ref().is_none_or(|seen| seen.quality == Quality::Held);
+    let is_carried_forward = |step: &&StepRecord| {
+        step.seen.observation.as_ref().is_none_or(|seen| seen.quality == Quality::CarriedForward)
+    };
     let photograph = last.map(|step| folder.join("photographs").join(&step.photo));
     let age = photograph.as_deref().and_then(files::age_s);
     let next_step_in_s = age.filter(|_| process.is_some() && !config.is_virtual()).map(|age| period_s - age);
@@ -244,8 +245,8 @@ pub fn of_run(
         photograph_age_s: age,
         next_step_in_s,
         outlook: Vec::new(),
-        held: steps.iter().filter(is_held).count(),
-        held_now: steps.iter().rev().take_while(is_held).count(),
+        carried_forward: steps.iter().filter(is_carried_forward).count(),
+        carried_forward_now: steps.iter().rev().take_while(is_carried_forward).count(),
         unconfirmed: steps.iter().filter(|step| step.decided.is_some() && !step.is_confirmed).count(),
         photographs_bytes,
         disk_free_bytes,

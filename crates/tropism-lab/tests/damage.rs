@@ -57,7 +57,7 @@ fn write_run(run: &Path, logged: &Path, checkpointed: &Path) {
         journal.record_decision(step, if step % 5 < 2 { Light::LEFT } else { Light::RIGHT }).unwrap();
         journal.record_confirmation(step).unwrap();
         if step % 6 == 0 {
-            let text = format!("step {step} was told");
+            let text = format!("step {step} was reported");
             journal.record_event(&Event { step, kind: EventKind::Started, text, at: None }).unwrap();
         }
     }
@@ -149,7 +149,7 @@ fn no_random_damage_changes_the_history_or_overwrites_a_file_in_silence() {
     write_run(&run, &logged, &checkpointed);
     let whole = open(&run).unwrap();
     let (steps, events) = (whole.steps().unwrap(), whole.journal().events().unwrap());
-    let (mut came_back, mut refused, mut told) = (0, 0, 0);
+    let (mut came_back, mut refused, mut printed) = (0, 0, 0);
     for seed in 0..DAMAGES {
         let mut rng = random::stream(seed, Purpose::Search, 0);
         let _ = fs::remove_dir_all(&hurt);
@@ -172,11 +172,11 @@ fn no_random_damage_changes_the_history_or_overwrites_a_file_in_silence() {
                 if found == steps && told_of == events {
                     came_back += 1;
                 } else {
-                    // The end of a copy that was cut while the journal cannot be read: it is told.
+                    // The end of a copy that was cut while the journal cannot be read: it is reported.
                     let is_told = folder.damages().iter().any(|damage| damage.contains("is lost"));
                     assert!(is_told && is_beginning(&found, &steps), "{case}: {:?}", folder.damages());
                     assert!(steps.len() - found.len() <= 1 && events.starts_with(&told_of), "{case}");
-                    told += 1;
+                    printed += 1;
                 }
                 drop(folder);
                 let after: Vec<Vec<u8>> = contents(&hurt).into_values().collect();
@@ -193,7 +193,9 @@ fn no_random_damage_changes_the_history_or_overwrites_a_file_in_silence() {
             }
         }
     }
-    println!("{DAMAGES} damages: {came_back} came back whole, {told} told what is lost, {refused} refused");
+    println!(
+        "{DAMAGES} damages: {came_back} came back whole, {printed} reported what is lost, {refused} refused"
+    );
     assert!(4 * came_back > 3 * DAMAGES, "{came_back} of {DAMAGES} came back whole");
 }
 

@@ -327,16 +327,20 @@ fn the_journal_holds_what_was_seen_and_done() {
         assert_eq!((row.photo_bytes, &row.photo_sha256), (bytes.len() as u64, &files::sha256(&bytes)));
     }
     assert_eq!(rows[10].seen.status.name(), "dark");
-    // A held stem is recorded as well: a controller may see it, and sees the same in a replay.
+    // A stem carried forward is recorded as well: a controller may see it, and sees the same in a replay.
     let stem = |row: &StepRecord| row.seen.observation.as_ref().unwrap().stem.clone().unwrap();
     assert_eq!(stem(&rows[9]).0.len(), 10);
     assert_eq!(stem(&rows[10]), stem(&rows[9]));
     world.folder().write_track(&track, false).unwrap();
     let written = files::read_track(&reference.path().join("track.csv")).unwrap();
-    assert_eq!(written.samples[10].quality.name(), "held");
+    assert_eq!(written.samples[10].quality.name(), "carried_forward");
     assert_eq!(written.samples[10].tip, written.samples[9].tip);
     assert_eq!(written.columns[0].values.text(3), "000003.jpg");
-    assert_eq!(written.columns[1].values.text(10), "", "a held tip has no place in the photograph");
+    assert_eq!(
+        written.columns[1].values.text(10),
+        "",
+        "a tip carried forward has no place in the photograph"
+    );
 }
 
 #[test]
@@ -611,7 +615,7 @@ struct Outcome {
 fn real(path: &Path, wrong: Wrong, policy: FaultPolicy, ends_at: Option<u32>) -> Outcome {
     let log = EventLog { ends_at, ..EventLog::default() };
     let supervision = Supervision {
-        policy: FaultPolicy { ballast_mb: 0, ..policy },
+        policy: FaultPolicy { reserve_mb: 0, ..policy },
         lamps_in_view: Some(LampsInView::default()),
         max_light_h: None,
         monitor: Box::new(log.clone()),
@@ -621,7 +625,7 @@ fn real(path: &Path, wrong: Wrong, policy: FaultPolicy, ends_at: Option<u32>) ->
     let rows = world.folder().steps().unwrap();
     let heard = log.heard.borrow();
     let written = world.folder().journal().events().unwrap();
-    assert_eq!(written[written.len() - heard.len()..], heard[..], "all that is told is written down");
+    assert_eq!(written[written.len() - heard.len()..], heard[..], "all that is reported is written down");
     let events =
         heard[1..].iter().map(|event| (event.at.unwrap().since_start.as_secs() as u32 / 60, event.kind));
     let texts = heard.iter().map(|event| event.text.clone()).collect();
@@ -640,7 +644,7 @@ fn a_camera_that_fails_for_some_steps_is_stood_in_for() {
     let track = outcome.track.unwrap();
     assert_eq!(steps(&track), (0..=STEPS).collect::<Vec<_>>());
     let qualities: Vec<&str> = track.samples[9..14].iter().map(|sample| sample.quality.name()).collect();
-    assert_eq!(qualities, ["measured", "held", "held", "held", "measured"]);
+    assert_eq!(qualities, ["measured", "carried_forward", "carried_forward", "carried_forward", "measured"]);
     assert_eq!(outcome.rows[11].photo_bytes, 0);
     use EventKind::{Camera, Clock, Lost, Recovered};
     assert_eq!(
@@ -685,7 +689,7 @@ fn a_camera_that_never_comes_back_pauses_the_run_which_can_be_gone_on_with() {
     assert_eq!(outcome.events.last(), Some(&(105, EventKind::Paused)));
     let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), None);
     assert_eq!(*steps(&outcome.track.unwrap()).last().unwrap(), STEPS);
-    // Each step is told of once, under its own number, and the end of the fault counts all of them.
+    // Each step is reported once, under its own number, and the end of the fault counts all of them.
     let concerned = |kind| -> Vec<u32> {
         outcome.written.iter().filter(|event| event.kind == kind).map(|event| event.step).collect()
     };
@@ -721,10 +725,12 @@ fn a_plant_that_is_not_seen_is_stood_in_for_as_long_and_then_nothing_is_decided(
     assert_eq!(outcome.rows.len(), SAMPLES);
     assert!(outcome.rows[13..back as usize].iter().all(|row| row.decided.is_none()));
     assert!(outcome.rows[13].photo_bytes > 0);
-    use EventKind::{Clock, Held, Lost, Missed, Recovered};
+    use EventKind::{CarriedForward, Clock, Lost, Missed, Recovered};
     let missed = (13..back).map(|step| (5 * step, Missed));
-    let wanted =
-        [(50, Held), (60, Lost)].into_iter().chain(missed).chain([(5 * back, Recovered), (105, Clock)]);
+    let wanted = [(50, CarriedForward), (60, Lost)]
+        .into_iter()
+        .chain(missed)
+        .chain([(5 * back, Recovered), (105, Clock)]);
     assert_eq!(outcome.events, wanted.collect::<Vec<_>>());
     let lights = &outcome.hand.0.borrow().lights;
     assert_eq!(
@@ -773,10 +779,10 @@ fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
 
 #[test]
 fn a_dark_photograph_is_taken_again_at_once() {
-    use EventKind::{Clock, Dark, Held};
+    use EventKind::{CarriedForward, Clock, Dark};
     for (dark, photographs, wanted) in [
         (vec![11], STEPS + 2, vec![(50, Dark), (105, Clock)]),
-        (vec![11, 12], STEPS + 2, vec![(50, Dark), (50, Held), (105, Clock)]),
+        (vec![11, 12], STEPS + 2, vec![(50, Dark), (50, CarriedForward), (105, Clock)]),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let is_dark_twice = dark.len() > 1;
@@ -831,9 +837,10 @@ fn a_computer_that_is_too_hot_is_told_once_and_when_it_is_right_again() {
     let (mut world, _) = open_with(folder.path(), true, Wrong::default(), supervision).unwrap();
     run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut unwatched).unwrap();
     let heard = log.heard.borrow();
-    let told: Vec<_> = heard[1..].iter().map(|event| (event.step, event.kind, event.text.as_str())).collect();
+    let printed: Vec<_> =
+        heard[1..].iter().map(|event| (event.step, event.kind, event.text.as_str())).collect();
     use EventKind::{Computer, Recovered};
-    assert_eq!(told, [(9, Computer, "90 degrees"), (12, Recovered, "temperature: right again")]);
+    assert_eq!(printed, [(9, Computer, "90 degrees"), (12, Recovered, "temperature: right again")]);
 }
 
 #[test]
@@ -858,9 +865,9 @@ fn a_day_has_no_more_light_than_the_rig_allows_also_after_a_resume() {
     let lit: Vec<u32> = rows.iter().filter(|row| row.is_confirmed).map(|row| row.step).collect();
     assert_eq!(lit, (0..12).collect::<Vec<_>>());
     let events = Journal::open_to_read(&folder.path().join("journal.sqlite")).unwrap().events().unwrap();
-    let told: Vec<u32> =
+    let printed: Vec<u32> =
         events.iter().filter(|event| event.kind == EventKind::Lamp).map(|event| event.step).collect();
-    assert_eq!(told, [12]);
+    assert_eq!(printed, [12]);
 }
 
 #[test]
@@ -1022,7 +1029,7 @@ fn a_periodic_controller_switches_by_the_clock_whatever_steps_are_missed() {
     // The camera takes its time once, and fails for a while.
     let wrong =
         Wrong { camera_takes: vec![(20, 17.0)], camera_fails: 120..145, is_real: true, ..Wrong::default() };
-    let policy = FaultPolicy { ballast_mb: 0, pause_steps: 60, ..FaultPolicy::default() };
+    let policy = FaultPolicy { reserve_mb: 0, pause_steps: 60, ..FaultPolicy::default() };
     let go = |is_resumed, breaks_off_at: usize| {
         let supervision = Supervision { policy: policy.clone(), ..Supervision::default() };
         let (mut world, _) = open_with(folder.path(), is_resumed, wrong.clone(), supervision).unwrap();

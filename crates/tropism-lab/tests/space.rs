@@ -76,7 +76,7 @@ fn a_run_in_space_survives_gaps_of_one_camera_and_interruptions() {
     let missing = |step: &&tropism_lab::StepRecord| step.side.as_ref().unwrap().photo_bytes == 0;
     let gaps = steps.iter().filter(missing).count();
     assert!(gaps > 0 && gaps < steps.len() / 2, "{gaps} photographs from the side are missing");
-    // The depth is held over gaps.
+    // The depth is carried forward over gaps.
     let known = whole.samples.iter().skip_while(|sample| sample.depth.is_none());
     assert!(known.clone().count() > 20 && known.clone().all(|sample| sample.depth.is_some()));
     assert!(whole.samples.iter().any(|sample| sample.observation().stem_in_space().is_some()));
@@ -158,7 +158,7 @@ fn a_plant_is_followed_round_a_pole() {
     let task: Task = Task { max_steps: 64, ..Task::spiral() };
     let track = run_task(task.clone(), 73, folder.path());
     assert_eq!(track.samples.len(), 65);
-    // From the first depth on each sample has one: measured, or held while the pole hides the tip.
+    // From the first depth on each sample has one: measured, or carried forward while the pole hides the tip.
     let known = track.samples.iter().skip_while(|sample| sample.depth.is_none());
     assert!(known.clone().count() > 50 && known.clone().all(|sample| sample.depth.is_some()));
     let errors = errors(&track, folder.path());
@@ -173,7 +173,7 @@ fn turns_through_photographs_are_judged_by_the_true_stem() {
     let folder = tempfile::tempdir().unwrap();
     let task: Task = Task { max_steps: 30, ..Task::spiral() };
     let plan = TransferPlan {
-        controllers: vec![NamedController { name: "chase".to_owned(), controller: ControllerSpec::Greedy }],
+        controllers: vec![NamedController { name: "greedy".to_owned(), controller: ControllerSpec::Greedy }],
         plants: 1,
         greenhouse: tent(&task),
         task,
@@ -184,15 +184,15 @@ fn turns_through_photographs_are_judged_by_the_true_stem() {
     };
     let results = plan.execute(&Silent).unwrap();
     let html = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
-    assert!(html.contains("Median plant of chase") && html.contains("class=\"turnable\""));
+    assert!(html.contains("Median plant of greedy") && html.contains("class=\"turnable\""));
     assert!(!html.contains("Under 9") && !html.contains("plants under 9"));
-    let path = folder.path().join("tracks/chase/plant-0001.csv");
+    let path = folder.path().join("tracks/greedy/plant-0001.csv");
     let track = Track::read_csv(std::fs::File::open(path).unwrap()).unwrap();
     let turns = track.numbers("true_turns").unwrap();
     let true_turns = turns.last().unwrap().abs() - turns[0].abs();
-    let chase = &results.controllers[0];
-    assert!((chase.mean - true_turns).abs() < 1e-9, "{} and {true_turns}", chase.mean);
-    let seen = chase.by_photographs.as_ref().unwrap();
+    let greedy = &results.controllers[0];
+    assert!((greedy.mean - true_turns).abs() < 1e-9, "{} and {true_turns}", greedy.mean);
+    let seen = greedy.by_photographs.as_ref().unwrap();
     assert!((seen.mean - plan.task.fitness(&track)).abs() < 1e-9, "{seen:?}");
     assert!((seen.mean - true_turns).abs() < 0.5, "{seen:?} and {true_turns}");
 }

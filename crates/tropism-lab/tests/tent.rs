@@ -132,7 +132,10 @@ fn a_run_in_which_everything_goes_wrong_is_resumed_to_the_same_bits() {
     assert!(side.len() == 61 && side.values().any(Vec::is_empty), "a photograph from the side is dropped");
     let repeated = |step: &u64| step > &0 && side[step] == side[&(step - 1)] && !side[step].is_empty();
     assert!(side.keys().any(repeated), "a photograph from the side is repeated");
-    assert!(track.samples.iter().any(|sample| sample.quality == Quality::Held), "something is not seen");
+    assert!(
+        track.samples.iter().any(|sample| sample.quality == Quality::CarriedForward),
+        "something is not seen"
+    );
     for samples in [1, 5, 18, 40] {
         record(&greenhouse, broken.path(), 60, samples);
     }

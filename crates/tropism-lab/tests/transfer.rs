@@ -85,18 +85,18 @@ impl Monitor for Until {
 #[test]
 fn threads_and_interruptions_change_no_bit() {
     let folder = tempfile::tempdir().unwrap();
-    let plan = |name: &str| TransferPlan { ceiling: true, ..plan(folder.path().join(name)) };
+    let plan = |name: &str| TransferPlan { optimum: true, ..plan(folder.path().join(name)) };
     let (one, two, mut broken_off) = (plan("one"), plan("two"), plan("broken-off"));
     let results = on_threads(1, || one.execute(&Silent)).unwrap();
     assert_eq!(on_threads(2, || two.execute(&Silent)).unwrap(), results);
     let wanted = content(&one.out);
     assert!(wanted == content(&two.out));
     let names =
-        ["plants.csv", "transfer.json", "report.html", "transfer.toml", "tracks/chase/plant-0003.csv"];
-    for name in names.into_iter().chain(["ceilings/plant-0001.csv"]) {
+        ["plants.csv", "transfer.json", "report.html", "transfer.toml", "tracks/greedy/plant-0003.csv"];
+    for name in names.into_iter().chain(["optima/plant-0001.csv"]) {
         assert!(wanted.contains_key(Path::new(name)), "{name}");
     }
-    // Once among the tracks, and once among the ceilings.
+    // Once among the tracks, and once among the optima.
     for (limit, skipped) in [(4, 0), (3, 4)] {
         let monitor = Until::new(limit);
         let error = on_threads(1, || broken_off.execute(&monitor)).unwrap_err();
@@ -105,7 +105,7 @@ fn threads_and_interruptions_change_no_bit() {
         let status = StatusPlan { folder: broken_off.out.clone() }.execute(&Silent).unwrap();
         let StatusResults::Transfer(status) = status else { panic!("{status:?}") };
         let (steered, found) = if skipped == 0 { (4, 0) } else { (6, 1) };
-        assert_eq!((status.done(), status.total(), status.ceilings), (steered, 6, Some(found)));
+        assert_eq!((status.done(), status.total(), status.optima), (steered, 6, Some(found)));
         assert!(!status.is_over && status.process.is_none());
         let refusal = TransferPlan { resume: false, ..broken_off.clone() }.execute(&Silent).unwrap_err();
         assert!(refusal.to_string().contains("found a comparison here already"), "{refusal}");
@@ -151,17 +151,17 @@ fn a_report_compares_the_controllers_of_transfers() {
 }
 
 #[test]
-fn a_score_is_that_of_the_plant_grown_alone_and_no_ceiling_lies_below_it() {
+fn a_score_is_that_of_the_plant_grown_alone_and_no_optimum_lies_below_it() {
     let folder = tempfile::tempdir().unwrap();
-    let plan = TransferPlan { ceiling: true, plant_seeds: Some(40..42), ..plan(folder.path().join("out")) };
+    let plan = TransferPlan { optimum: true, plant_seeds: Some(40..42), ..plan(folder.path().join("out")) };
     let results = plan.execute(&Silent).unwrap();
-    let track = files::read_track(&plan.out.join("tracks/chase/plant-0002.csv")).unwrap();
+    let track = files::read_track(&plan.out.join("tracks/greedy/plant-0002.csv")).unwrap();
     let Greenhouse { bean, layout, .. } = &plan.greenhouse;
-    let mut chase = ControllerSpec::Greedy.build(&plan.task, layout, plan.period_min);
-    let grown = Trial::new(bean).grow(41, &mut *chase, &plan.task, &mut tropism::environment::unwatched);
+    let mut greedy = ControllerSpec::Greedy.build(&plan.task, layout, plan.period_min);
+    let grown = Trial::new(bean).grow(41, &mut *greedy, &plan.task, &mut tropism::environment::unwatched);
     assert!((plan.task.fitness(&track) - plan.task.fitness(&grown)).abs() < 1e-3);
     assert_eq!(track.samples.len(), grown.samples.len());
-    assert!(results.controllers.iter().all(|one| one.share_of_ceiling.unwrap() <= 1.0), "{results:?}");
+    assert!(results.controllers.iter().all(|one| one.share_of_optimum.unwrap() <= 1.0), "{results:?}");
     let json = fs::read_to_string(plan.out.join("transfer.json")).unwrap();
     assert!(json.contains("\"schema\": \"tropism.transfer/1\"") && json.contains("\"is_virtual\": true"));
     let html = fs::read_to_string(plan.out.join("report.html")).unwrap();
@@ -169,7 +169,7 @@ fn a_score_is_that_of_the_plant_grown_alone_and_no_ceiling_lies_below_it() {
 }
 
 #[test]
-fn a_ceiling_says_on_how_many_plants_a_schedule_does_the_whole_task() {
+fn a_optimum_says_on_how_many_plants_a_schedule_does_the_whole_task() {
     let folder = tempfile::tempdir().unwrap();
     // A target beside the tip, and a disc in which the stem stands already: nothing can avoid that one.
     let task = |centre: [f64; 2]| Task {
@@ -181,11 +181,11 @@ fn a_ceiling_says_on_how_many_plants_a_schedule_does_the_whole_task() {
     };
     let share = |name: &str, centre| {
         let plan = plan(folder.path().join(name));
-        TransferPlan { ceiling: true, task: task(centre), ..plan }.execute(&Silent).unwrap().ceiling_done
+        TransferPlan { optimum: true, task: task(centre), ..plan }.execute(&Silent).unwrap().optimum_done
     };
     assert_eq!(share("far", [3.0, 4.0]).unwrap().share, 1.0);
     assert_eq!(share("through", [0.0, 2.0]).unwrap().share, 0.0);
-    assert_eq!(plan(folder.path().join("none")).execute(&Silent).unwrap().ceiling_done, None);
+    assert_eq!(plan(folder.path().join("none")).execute(&Silent).unwrap().optimum_done, None);
 }
 
 #[test]
@@ -212,7 +212,7 @@ fn each_plant_has_a_sequence_of_its_own_that_neither_threads_nor_resuming_change
     let column = table.lines().next().unwrap().split(',').position(|name| name == "target_1_x_cm").unwrap();
     let place = |row: &str| row.split(',').nth(column).map(str::to_owned);
     let places: Vec<_> = table.lines().map(place).collect();
-    // The heading, three plants under chase, and the same three under the periodic rule.
+    // The heading, three plants under greedy, and the same three under the periodic rule.
     assert_eq!(places[1..4], places[4..7]);
     assert!(places[1] != places[2] && places[2] != places[3], "{places:?}");
 }
@@ -250,7 +250,7 @@ fn photographs_show_the_plant_of_a_run() {
         ..plan(folder.path().join("out"))
     };
     plan.execute(&Silent).unwrap();
-    let path = plan.out.join("tracks/chase/plant-0001.csv");
+    let path = plan.out.join("tracks/greedy/plant-0001.csv");
     let track = files::read_track(&path).unwrap();
     let fit = FitPlan { tracks: vec![path], out: folder.path().join("model.json"), ..FitPlan::default() };
     assert!(fit.execute(&Silent).unwrap().is_virtual, "measured tips of a virtual plant stay virtual");
@@ -286,8 +286,11 @@ fn bad_plans_are_refused_before_anything_is_written() {
     is_refused(&TransferPlan { controllers: Vec::new(), ..plan() }, "found no `controllers`");
     let mut twice = plan();
     twice.controllers.push(twice.controllers[0].clone());
-    is_refused(&twice, "found chase twice, wanted each controller once");
-    is_refused(&TransferPlan { bound: Some("rule".to_owned()), ..plan() }, "wanted one of chase, periodic");
+    is_refused(&twice, "found greedy twice, wanted each controller once");
+    is_refused(
+        &TransferPlan { reference: Some("rule".to_owned()), ..plan() },
+        "wanted one of greedy, periodic",
+    );
     is_refused(&TransferPlan { task: Task::open_loop(1000), ..plan() }, "found no targets");
     is_refused(&TransferPlan { model: Some("absent.json".into()), ..plan() }, "absent.json: cannot read");
     let absent = read_controllers(&[ControllerSource::Path("absent.json".into())]).unwrap_err().to_string();

@@ -76,7 +76,7 @@ fn an_interrupted_search_goes_on_to_the_same_rule() {
         "{refused}"
     );
     let resumed = TunePlan::of_search(&out).unwrap().execute(&Silent).unwrap();
-    assert_eq!((resumed.rule, resumed.in_model, resumed.chase), (whole.rule, whole.in_model, whole.chase));
+    assert_eq!((resumed.rule, resumed.in_model, resumed.greedy), (whole.rule, whole.in_model, whole.greedy));
     assert!(fs::read(&out).unwrap() == rule && !saved.exists());
     let error = TunePlan::of_search(&out).unwrap_err().to_string();
     assert!(error.contains("rule.json: found a rule whose search is over"), "{error}");

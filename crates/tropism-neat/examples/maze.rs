@@ -141,7 +141,7 @@ fn run(seed: u64, is_novelty_search: bool) -> Result<RunResult, Box<dyn Error>> 
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let (seeds, _) = arguments(1, &[]);
+    let seeds = arguments(1, &[]).seeds;
     for (name, is_novelty_search) in [("objective search", false), ("novelty search", true)] {
         println!("{name}");
         let results: Result<Vec<_>, _> = (0..seeds).map(|seed| run(seed, is_novelty_search)).collect();

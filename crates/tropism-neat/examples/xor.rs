@@ -1,6 +1,6 @@
 //! Evolves XOR, the smallest task that requires a hidden neuron.
 //!
-//! `cargo run --release -p tropism-neat --example xor -- --seeds 100`
+//! `cargo run --release -p tropism-neat --example xor -- --seeds 100 [--preset wahby2016]`
 //!
 //! The fitness is the square of 4 minus the sum of the four errors. A network solves the task if all four outputs are on the
 //! right side of one half. Stanley and Miikkulainen (2002, section 4.2) report 4755 evaluations in 32 generations, with 2.35
@@ -8,8 +8,8 @@
 
 mod common;
 
-use common::{RunResult, arguments, report};
-use tropism_neat::{Activation, Config, Evaluation, Genome, Neat, NeatError, Network, evolve};
+use common::{Arguments, RunResult, arguments, report};
+use tropism_neat::{Evaluation, Genome, Neat, NeatError, Network, evolve};
 
 const CASES: [([f64; 2], f64); 4] =
     [([0.0, 0.0], 0.0), ([0.0, 1.0], 1.0), ([1.0, 0.0], 1.0), ([1.0, 1.0], 0.0)];
@@ -30,20 +30,7 @@ fn is_solved(neat: &Neat) -> bool {
 }
 
 fn main() -> Result<(), NeatError> {
-    let (seeds, _) = arguments(10, &[]);
-    let config = Config {
-        population: 150,
-        output_activation: Activation::UnsignedSigmoid,
-        hidden_activation: Activation::UnsignedSigmoid,
-        activation_a: 4.9,
-        feed_forward: true,
-        survival_rate: 0.2,
-        mutate_add_link_prob: 0.3,
-        mutate_weights_prob: 0.7,
-        weight_mutation_rate: 0.5,
-        weight_mutation_max_power: 2.5,
-        ..Config::wahby2016()
-    };
+    let Arguments { seeds, config, .. } = arguments(10, &[]);
     let runs = evolve(&config, (2, 1), 0..seeds, 300, score, |neat, _| is_solved(neat))?;
     let results: Vec<_> = runs
         .iter()
@@ -53,7 +40,7 @@ fn main() -> Result<(), NeatError> {
                 is_solved: is_solved(neat),
                 evaluations: neat.evaluations(),
                 generations: neat.generation(),
-                hidden: champion.neurons().len() - 4,
+                hidden: champion.hidden(),
                 links: champion.links().len(),
             }
         })

@@ -139,7 +139,7 @@ impl Neat {
         if genome.links.is_empty() || genome.has_dead_ends() {
             return Err("genome has dead ends".into());
         }
-        if let Some(link) = genome.links.iter().find(|link| !self.innovations.has_link(link)) {
+        if let Some(link) = genome.genes().iter().find(|link| !self.innovations.has_link(link)) {
             return Err(format!("link {} does not have the recorded innovation number", link.innovation));
         }
         if let Some(neuron) = genome.neurons.last().filter(|neuron| !self.innovations.has_neuron(neuron.id)) {

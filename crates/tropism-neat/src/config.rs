@@ -122,6 +122,10 @@ pub struct Config {
     /// `MutateRemSimpleNeuronProb`, 0.
     pub mutate_rem_neuron_prob: f64,
 
+    /// Whether a link that is split stays as a disabled gene, which is inherited and counts in the distance of genomes, as in
+    /// Stanley and Miikkulainen (2002). Else it is removed, as in MultiNEAT, and the distance of a split from its parent is
+    /// greater by one gene.
+    pub disable_split_links: bool,
     /// Whether recurrent links may be split. `SplitRecurrent`, true.
     pub split_recurrent: bool,
     /// Whether links from a neuron to itself may be split. `SplitLoopedRecurrent`, true.
@@ -208,6 +212,7 @@ impl Config {
             mutate_weights_prob: 0.9,
             mutate_rem_link_prob: 0.0,
             mutate_rem_neuron_prob: 0.0,
+            disable_split_links: false,
             split_recurrent: true,
             split_looped_recurrent: true,
             feed_forward: false,
@@ -243,6 +248,7 @@ impl Config {
     /// | `mutate_weights_severe_prob`, `weight_mutation_rate` | 0, 0.9 | section 4.1: 90 % of the weights are perturbed |
     /// | `weight_mutation_max_power`, `weight_replacement_max_power` | 2.5, 2.5 | `test.ne`: `weigh_mut_power` |
     /// | `survival_rate` | 0.2 | `test.ne`: `survival_thresh` |
+    /// | `disable_split_links` | true | section 3.1: the connection gene being split is disabled |
     /// | `recurrent_prob` | 0 | `test.ne`: `recur_only_prob` |
     /// | `link_tries` | 21 (20 attempts) | `test.ne`: `newlink_tries` |
     /// | `young_age_fitness_boost` | 1 | `test.ne`: `age_significance` |
@@ -255,7 +261,6 @@ impl Config {
     ///
     /// The algorithm remains MultiNEAT's, so some rules of the article have no counterpart here:
     ///
-    /// - Genes have no enabled bit, so the 75 % chance that a disabled gene stays disabled does not apply.
     /// - A mutation has exactly one kind; the article's kinds are independent of each other.
     /// - Weight changes are triangular, not uniform. Of the weights 5 % are replaced, not 10 %; the other 5 % are kept.
     /// - Every species keeps its champion, not only those with more than five members.
@@ -284,6 +289,7 @@ impl Config {
             weight_mutation_max_power: 2.5,
             weight_replacement_max_power: 2.5,
             survival_rate: 0.2,
+            disable_split_links: true,
             recurrent_prob: 0.0,
             link_tries: 21,
             young_age_fitness_boost: 1.0,
@@ -475,7 +481,7 @@ mod tests {
                 r#""overall_mutation_rate":0.5,"interspecies_crossover_rate":0.0001,"#,
                 r#""multipoint_crossover_rate":0.75,"roulette_wheel_selection":false,"tournament_size":4,"#,
                 r#""elite_fraction":0.1,"mutate_add_neuron_prob":0.04,"mutate_add_link_prob":0.03,"#,
-                r#""mutate_weights_prob":0.9,"mutate_rem_link_prob":0.0,"mutate_rem_neuron_prob":0.0,"#,
+                r#""mutate_weights_prob":0.9,"mutate_rem_link_prob":0.0,"mutate_rem_neuron_prob":0.0,"disable_split_links":false,"#,
                 r#""split_recurrent":true,"split_looped_recurrent":true,"feed_forward":false,"link_tries":32,"#,
                 r#""recurrent_prob":0.25,"recurrent_loop_prob":0.25,"mutate_weights_severe_prob":0.25,"#,
                 r#""weight_mutation_rate":0.75,"weight_mutation_max_power":1.0,"#,

@@ -1,7 +1,14 @@
 //! Crossover: a child has the links of its better parent; weights of matching links come from both parents.
+//!
+//! A gene that is disabled in one or both parents is disabled in the child with probability 0.75 (Stanley and Miikkulainen
+//! 2002, section 4.1); else it is as in the parent from which it comes.
 
 use crate::genome::{Genome, Link};
 use crate::random::Rng;
+
+/// Probability that a gene which is disabled in either parent is disabled in their child: Stanley and Miikkulainen (2002),
+/// section 4.1.
+const STAYS_DISABLED: f64 = 0.75;
 
 /// Variant of crossover.
 pub(crate) struct CrossoverKind {
@@ -23,7 +30,7 @@ pub(crate) fn crossover(
 ) {
     let ((mom, mom_fitness), (dad, dad_fitness)) = (mom, dad);
     let mom_is_better = if mom_fitness == dad_fitness {
-        let (mom, dad) = (mom.links.len(), dad.links.len());
+        let (mom, dad) = (mom.genes().len(), dad.genes().len());
         if mom == dad { rng.coin() } else { mom < dad }
     } else {
         mom_fitness > dad_fitness
@@ -45,16 +52,31 @@ pub(crate) fn crossover(
         },
     );
     child.links.clear();
+    child.disabled.clear();
     align(
-        &mom.links,
-        &dad.links,
+        &mom.genes(),
+        &dad.genes(),
         |link| link.innovation,
-        |genes| match genes {
-            Aligned::Matching(mom, dad) if kind.is_averaging => {
-                child.links.push(Link { weight: f64::midpoint(mom.weight, dad.weight), ..*mom });
-            }
-            Aligned::Matching(mom, dad) => child.links.push(if rng.coin() { *dad } else { *mom }),
-            Aligned::Unmatched(link, parent) => child.links.extend(inherits(parent).then_some(*link)),
+        |genes| {
+            let (link, is_disabled) = match genes {
+                Aligned::Matching(of_mom, of_dad) => {
+                    let disabled = [mom, dad].map(|parent| parent.is_disabled(of_mom.innovation));
+                    let (link, is_disabled) = if kind.is_averaging {
+                        let weight = f64::midpoint(of_mom.weight, of_dad.weight);
+                        (Link { weight, ..*of_mom }, disabled[0])
+                    } else if rng.coin() {
+                        (*of_dad, disabled[1])
+                    } else {
+                        (*of_mom, disabled[0])
+                    };
+                    let stays_disabled = disabled.contains(&true) && rng.bernoulli(STAYS_DISABLED);
+                    (link, is_disabled || stays_disabled)
+                }
+                Aligned::Unmatched(_, parent) if !inherits(parent) => return,
+                Aligned::Unmatched(link, Parent::Mom) => (*link, mom.is_disabled(link.innovation)),
+                Aligned::Unmatched(link, Parent::Dad) => (*link, dad.is_disabled(link.innovation)),
+            };
+            if is_disabled { &mut child.disabled } else { &mut child.links }.push(link);
         },
     );
 }

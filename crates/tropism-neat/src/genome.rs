@@ -1,9 +1,10 @@
 //! Genomes: the genes of one network.
 //!
 //! Neuron genes are in ascending order of ids: inputs `1..=n`, the bias `n + 1`, the outputs, then hidden neurons. Link
-//! genes are in ascending order of innovation numbers. As in MultiNEAT, genes have no enabled bit: a link that is split is
-//! removed.
+//! genes are in ascending order of innovation numbers. A link that is split is removed, as in MultiNEAT; with
+//! [`Config::disable_split_links`] it becomes a disabled gene, as in Stanley and Miikkulainen (2002).
 
+use std::borrow::Cow;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -82,12 +83,18 @@ pub struct Genome {
     pub(crate) outputs: usize,
     pub(crate) neurons: Vec<Neuron>,
     pub(crate) links: Vec<Link>,
+    pub(crate) disabled: Vec<Link>,
 }
 
 impl Clone for Genome {
     fn clone(&self) -> Self {
-        let (neurons, links) = (self.neurons.clone(), self.links.clone());
-        Self { inputs: self.inputs, outputs: self.outputs, neurons, links }
+        Self {
+            inputs: self.inputs,
+            outputs: self.outputs,
+            neurons: self.neurons.clone(),
+            links: self.links.clone(),
+            disabled: self.disabled.clone(),
+        }
     }
 
     /// Reuses this genome's allocations: each generation overwrites the genomes of the one before the last.
@@ -96,13 +103,15 @@ impl Clone for Genome {
         self.outputs = other.outputs;
         self.neurons.clone_from(&other.neurons);
         self.links.clone_from(&other.links);
+        self.disabled.clone_from(&other.disabled);
     }
 }
 
 impl Genome {
     /// The minimal genome: every input and the bias linked to every output, with weights 0 and innovation numbers from 1.
     pub(crate) fn minimal(config: &Config, inputs: usize, outputs: usize) -> Self {
-        let mut genome = Self { inputs, outputs, neurons: Vec::new(), links: Vec::new() };
+        let mut genome =
+            Self { inputs, outputs, neurons: Vec::new(), links: Vec::new(), disabled: Vec::new() };
         for index in 0..inputs + 1 + outputs {
             let (kind, depth, activation) = match index {
                 i if i < inputs => (NeuronKind::Input, 0.0, Activation::Linear),
@@ -146,10 +155,17 @@ impl Genome {
         &self.neurons
     }
 
-    /// Link genes in ascending order of innovation numbers.
+    /// Enabled link genes in ascending order of innovation numbers: the links of the network.
     #[must_use]
     pub fn links(&self) -> &[Link] {
         &self.links
+    }
+
+    /// Disabled link genes in ascending order of innovation numbers. They are inherited and count in the compatibility
+    /// distance, but the network does not have them. Empty without [`Config::disable_split_links`].
+    #[must_use]
+    pub fn disabled(&self) -> &[Link] {
+        &self.disabled
     }
 
     /// Index of neuron `id` in [`neurons`](Self::neurons); `None` if the genome lacks it.
@@ -164,9 +180,24 @@ impl Genome {
         self.neurons[fixed..].binary_search_by_key(&id, |neuron| neuron.id).ok().map(|index| index + fixed)
     }
 
-    /// Whether a link leads from neuron `from` to neuron `to`.
+    /// All link genes, enabled and disabled, in ascending order of innovation numbers.
+    pub(crate) fn genes(&self) -> Cow<'_, [Link]> {
+        if self.disabled.is_empty() {
+            return Cow::Borrowed(&self.links);
+        }
+        let mut genes = [&self.links[..], &self.disabled].concat();
+        genes.sort_unstable_by_key(|link| link.innovation);
+        Cow::Owned(genes)
+    }
+
+    /// Whether the link gene with this innovation number is disabled.
+    pub(crate) fn is_disabled(&self, innovation: u32) -> bool {
+        self.disabled.binary_search_by_key(&innovation, |link| link.innovation).is_ok()
+    }
+
+    /// Whether a link gene, enabled or disabled, leads from neuron `from` to neuron `to`.
     pub(crate) fn has_link(&self, from: u32, to: u32) -> bool {
-        self.links.iter().any(|link| link.from == from && link.to == to)
+        self.links.iter().chain(&self.disabled).any(|link| link.from == from && link.to == to)
     }
 
     /// Id of a dead hidden neuron: one without a link from any neuron but the bias and itself, or without a link to any

@@ -55,9 +55,12 @@ impl Genome {
     }
 
     fn check_links(&self) -> Result<(), GenomeError> {
+        let is_sorted = |genes: &[Link]| genes.is_sorted_by_key(|link| link.innovation);
+        let are_sorted = is_sorted(&self.links) && is_sorted(&self.disabled);
+        let genes = self.genes();
         let mut last = 0;
-        for &Link { innovation, from, to, weight, .. } in &self.links {
-            if innovation <= last || innovation >= ID_LIMIT {
+        for &Link { innovation, from, to, weight, .. } in &*genes {
+            if innovation <= last || innovation >= ID_LIMIT || !are_sorted {
                 return Err(GenomeError::Innovation { innovation, last });
             }
             last = innovation;
@@ -73,7 +76,7 @@ impl Genome {
                 return Err(GenomeError::Weight { innovation, weight });
             }
         }
-        let mut pairs: Vec<_> = self.links.iter().map(|link| (link.from, link.to)).collect();
+        let mut pairs: Vec<_> = genes.iter().map(|link| (link.from, link.to)).collect();
         pairs.sort_unstable();
         match pairs.windows(2).find(|pair| pair[0] == pair[1]) {
             Some(pair) => Err(GenomeError::DuplicateLink { from: pair[0].0, to: pair[0].1 }),
@@ -91,8 +94,12 @@ impl Genome {
                 |gene| serde_json::to_string(gene).expect("a gene has no maps and no unwritable values");
             genes.iter().map(|gene| format!("\n    {}", line(gene))).collect::<Vec<_>>().join(",")
         }
+        let disabled = match &self.disabled[..] {
+            [] => String::new(),
+            genes => format!(",\n  \"disabled\": [{}\n  ]", lines(genes)),
+        };
         format!(
-            "{{\n  \"schema\": \"{SCHEMA}\",\n  \"inputs\": {},\n  \"outputs\": {},\n  \"neurons\": [{}\n  ],\n  \"links\": [{}\n  ]\n}}\n",
+            "{{\n  \"schema\": \"{SCHEMA}\",\n  \"inputs\": {},\n  \"outputs\": {},\n  \"neurons\": [{}\n  ],\n  \"links\": [{}\n  ]{disabled}\n}}\n",
             self.inputs,
             self.outputs,
             lines(&self.neurons),
@@ -143,9 +150,12 @@ impl Serialize for Genome {
             outputs: usize,
             neurons: &'a [Neuron],
             links: &'a [Link],
+            #[serde(skip_serializing_if = "<[_]>::is_empty")]
+            disabled: &'a [Link],
         }
-        let Self { inputs, outputs, neurons, links } = self;
-        File { schema: SCHEMA, inputs: *inputs, outputs: *outputs, neurons, links }.serialize(serializer)
+        let Self { inputs, outputs, neurons, links, disabled } = self;
+        File { schema: SCHEMA, inputs: *inputs, outputs: *outputs, neurons, links, disabled }
+            .serialize(serializer)
     }
 }
 
@@ -164,16 +174,19 @@ struct File {
     outputs: usize,
     neurons: Vec<Neuron>,
     links: Vec<Link>,
+    #[serde(default)]
+    disabled: Vec<Link>,
 }
 
 impl TryFrom<File> for Genome {
     type Error = GenomeError;
 
-    fn try_from(File { schema, inputs, outputs, neurons, links }: File) -> Result<Self, GenomeError> {
+    fn try_from(file: File) -> Result<Self, GenomeError> {
+        let File { schema, inputs, outputs, neurons, links, disabled } = file;
         if schema != SCHEMA {
             return Err(GenomeError::Schema { found: schema });
         }
-        let genome = Self { inputs, outputs, neurons, links };
+        let genome = Self { inputs, outputs, neurons, links, disabled };
         genome.check()?;
         Ok(genome)
     }

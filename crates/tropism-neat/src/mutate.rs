@@ -85,7 +85,8 @@ fn change_weights(genome: &mut Genome, config: &Config, rng: &mut Rng) -> bool {
     !genome.links.is_empty()
 }
 
-/// Splits a link: a new neuron takes its place, with a link of weight 1 into it and a link of the old weight out of it.
+/// Splits a link: a new neuron takes its place, with a link of weight 1 into it and a link of the old weight out of it. The
+/// old link is removed, or disabled with [`Config::disable_split_links`].
 ///
 /// `false` if no attempt finds a link that may be split. Links from the bias may not.
 fn add_neuron(genome: &mut Genome, config: &Config, innovations: &mut Innovations, rng: &mut Rng) -> bool {
@@ -110,6 +111,9 @@ fn add_neuron(genome: &mut Genome, config: &Config, innovations: &mut Innovation
         return false;
     }
     genome.links.remove(index);
+    if config.disable_split_links {
+        insert(&mut genome.disabled, old);
+    }
     let split = innovations.number_split(old.from, old.to, genome);
     insert_neuron(
         genome,
@@ -122,8 +126,8 @@ fn add_neuron(genome: &mut Genome, config: &Config, innovations: &mut Innovation
             b: config.activation_b,
         },
     );
-    insert_link(genome, Link { innovation: split.inward, to: split.neuron, weight: 1.0, ..old });
-    insert_link(genome, Link { innovation: split.outward, from: split.neuron, ..old });
+    insert(&mut genome.links, Link { innovation: split.inward, to: split.neuron, weight: 1.0, ..old });
+    insert(&mut genome.links, Link { innovation: split.outward, from: split.neuron, ..old });
     true
 }
 
@@ -160,7 +164,7 @@ fn add_link(genome: &mut Genome, config: &Config, innovations: &mut Innovations,
             let weight = rng.triangular() * config.weight_replacement_max_power;
             let weight = weight.clamp(-config.max_weight, config.max_weight);
             let innovation = innovations.number_link(from, to);
-            insert_link(genome, Link { innovation, from, to, weight, recurrent });
+            insert(&mut genome.links, Link { innovation, from, to, weight, recurrent });
             return true;
         }
     }
@@ -201,11 +205,12 @@ fn remove_neuron(genome: &mut Genome, config: &Config, innovations: &mut Innovat
     let (inward, outward) = candidates[rng.below(candidates.len())];
     remove_hidden(genome, inward.to);
     let (from, to) = (inward.from, outward.to);
+    genome.disabled.retain(|link| (link.from, link.to) != (from, to));
     if !genome.has_link(from, to) {
         let weight = (inward.weight * outward.weight).clamp(-config.max_weight, config.max_weight);
         let recurrent = inward.recurrent || outward.recurrent;
-        insert_link(
-            genome,
+        insert(
+            &mut genome.links,
             Link { innovation: innovations.number_link(from, to), from, to, weight, recurrent },
         );
     }
@@ -215,7 +220,9 @@ fn remove_neuron(genome: &mut Genome, config: &Config, innovations: &mut Innovat
 /// Removes a hidden neuron and all its links.
 fn remove_hidden(genome: &mut Genome, id: u32) {
     genome.neurons.retain(|neuron| neuron.id != id);
-    genome.links.retain(|link| link.from != id && link.to != id);
+    for genes in [&mut genome.links, &mut genome.disabled] {
+        genes.retain(|link| link.from != id && link.to != id);
+    }
 }
 
 fn depth_of(genome: &Genome, id: u32) -> f64 {
@@ -229,9 +236,9 @@ fn insert_neuron(genome: &mut Genome, neuron: Neuron) {
 }
 
 /// Inserts a link gene at its place in the order of innovation numbers.
-fn insert_link(genome: &mut Genome, link: Link) {
-    let index = genome.links.partition_point(|other| other.innovation < link.innovation);
-    genome.links.insert(index, link);
+fn insert(genes: &mut Vec<Link>, link: Link) {
+    let index = genes.partition_point(|other| other.innovation < link.innovation);
+    genes.insert(index, link);
 }
 
 #[cfg(test)]
@@ -281,6 +288,37 @@ mod tests {
     fn assert_shares(found: [f64; 3], wanted: [f64; 3]) {
         let is_close = found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 0.01);
         assert!(is_close, "kept, perturbed, replaced: {found:?}, wanted {wanted:?}");
+    }
+
+    #[test]
+    fn a_split_link_is_disabled_and_comes_back_by_crossover_in_a_quarter_of_the_children() {
+        let config = Config { disable_split_links: true, ..Config::wahby2016() };
+        let whole = genome(1, 1, &[], &[(1, 3, 1.5), (2, 3, 1.0)]);
+        let mut split = whole.clone();
+        let mut innovations = Innovations::new(&Genome::minimal(&config, 1, 1));
+        assert!(add_neuron(&mut split, &config, &mut innovations, &mut rng(1)));
+        assert_eq!((split.disabled(), split.links().len()), (&whole.links()[..1], 3));
+        assert_eq!(split.check().map_err(|error| error.to_string()), Ok(()));
+        assert_eq!(Genome::from_json(&split.to_json()).unwrap(), split);
+        // Two genes more than its parent; a removed one would be a third.
+        let distance = |a: &Genome, b: &Genome| {
+            crate::species::compatibility_distance(
+                a,
+                b,
+                &Config { weight_diff_coeff: 0.0, ..config.clone() },
+                9.0,
+            )
+        };
+        assert_eq!(distance(&whole, &split), 2.0);
+        let kind = crate::crossover::CrossoverKind { is_averaging: true, keeps_all: false };
+        let mut child = whole.clone();
+        let mut enabled = 0;
+        for seed in 0..4000 {
+            crate::crossover::crossover((&whole, 0.0), (&split, 1.0), &kind, &mut rng(seed), &mut child);
+            assert_eq!(child.genes().len(), 4);
+            enabled += usize::from(child.disabled().is_empty());
+        }
+        assert!((900..1100).contains(&enabled), "{enabled} of 4000");
     }
 
     #[test]

@@ -81,8 +81,10 @@ impl Parents<'_> {
         };
         let parent = |index: usize| (&self.genomes[index], self.fitness[index]);
         crossover(parent(mom), parent(dad), &kind, rng, child);
-        // Within a species the child has the links of its better parent, which has no dead ends.
-        if is_interspecies && child.has_dead_ends() {
+        // Within a species the child has the genes of its better parent, which has no dead ends; disabled genes of the
+        // other parent may make some.
+        let may_die = is_interspecies || !child.disabled.is_empty();
+        if may_die && (child.links.is_empty() || child.has_dead_ends()) {
             child.clone_from(&self.genomes[mom]);
         }
         true

@@ -136,7 +136,7 @@ struct LinkSketch([u64; 4]);
 impl LinkSketch {
     fn of(genome: &Genome) -> Self {
         let mut parities = [0; 4];
-        for link in &genome.links {
+        for link in &*genome.genes() {
             parities[(link.innovation >> 6 & 3) as usize] ^= 1 << (link.innovation & 63);
         }
         Self(parities)
@@ -223,11 +223,11 @@ pub(crate) fn is_compatible(a: &Genome, b: &Genome, config: &Config, threshold: 
 ///
 /// Returns infinity as soon as the disjoint links alone exceed `limit`.
 pub(crate) fn compatibility_distance(a: &Genome, b: &Genome, config: &Config, limit: f64) -> f64 {
-    let size =
-        if config.normalize_genome_size { a.links.len().max(b.links.len()).max(1) as f64 } else { 1.0 };
+    let (a, b) = (a.genes(), b.genes());
+    let size = if config.normalize_genome_size { a.len().max(b.len()).max(1) as f64 } else { 1.0 };
     let (excess_coeff, disjoint_coeff) = (config.excess_coeff / size, config.disjoint_coeff / size);
     let (mut disjoint, mut matching, mut difference) = (0_u32, 0_u32, 0.0);
-    let (mut a, mut b) = (&a.links[..], &b.links[..]);
+    let (mut a, mut b) = (&a[..], &b[..]);
     while let ([first_a, rest_a @ ..], [first_b, rest_b @ ..]) = (a, b) {
         if first_a.innovation == first_b.innovation {
             matching += 1;

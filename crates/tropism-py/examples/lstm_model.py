@@ -68,7 +68,7 @@ class LstmModel(PlantModel):
             error = network(seen)[0] - wanted
             (error**2).mean().backward()
             optimizer.step()
-        # The noise of a step is what is left of the shifts.
+        # The noise of a step is the residual of the shifts.
         return cls(network, (error.detach().std(dim=(0, 1)) * SHIFT_CM).tolist())
 
     def seedling(self, start: Point, noise: Noise) -> Any:
@@ -92,7 +92,7 @@ def main(generations: int = 20) -> None:
     task = {"kind": "open_loop", "max_steps": 500}
     tracks = [loop.grow({"kind": "periodic", "minutes": 360}, task, seed)[0] for seed in range(1, 7)]
     model = LstmModel.fit(tracks)
-    print(f"trained on {len(tracks)} beans; what is left of a step: {model.sd[0]:.3f} and {model.sd[1]:.3f} cm")
+    print(f"trained on {len(tracks)} beans; residual of a step: {model.sd[0]:.3f} and {model.sd[1]:.3f} cm")
     print(f"the greedy rule on the model: {loop.simulate(model)[1]:.2f} cm, on a bean: {loop.grow(seed=100)[1]:.2f} cm")
     evolved = loop.evolve(model, runs=1, generations=generations, neat={"population": 20})[0]
     champion = loop.NetworkController(evolved.genome)

@@ -55,7 +55,7 @@ type Progress<'py> = (
 /// Where a stem presses on a solid: the solid's number, the place in cm, and the force on the stem in dyn.
 type Contact = (usize, SpacePoint, SpacePoint);
 
-/// The gap that is told where there is no obstacle, in cm: the bound of all places.
+/// The gap that is reported where there is no obstacle, in cm: the bound of all places.
 const NO_OBSTACLE_CM: f64 = 100.0;
 
 /// What an observation holds.

@@ -177,7 +177,7 @@ impl TentEpisodes {
     }
 }
 
-/// Waits for the next step of a tent, and looks at its photograph. Where no plant was ever seen, `instead` is held.
+/// Waits for the next step of a tent, and looks at its photograph. Where no plant was ever seen, `instead` is carried forward.
 fn look(rig: &mut TentRig, instead: &Observation) -> Result<(Observation, Photo), RigError> {
     let step = rig.next_step();
     let _ = rig.wait_until(rig.due(step), &mut || ControlFlow::Continue(()));
@@ -187,7 +187,7 @@ fn look(rig: &mut TentRig, instead: &Observation) -> Result<(Observation, Photo)
         Ok(seen) => Ok((seen, photo)),
         Err(RigError::NeverSeen { .. }) => {
             rig.skip_to(step + 1);
-            Ok((Observation { quality: Quality::Held, ..instead.clone() }, photo))
+            Ok((Observation { quality: Quality::CarriedForward, ..instead.clone() }, photo))
         }
         Err(error) => Err(error),
     }

@@ -25,7 +25,7 @@ use crate::threads;
 /// Time between two looks at signals and progress. Chosen: an interruption is to be heard within a tenth of a second.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// What a workflow tells.
+/// What a workflow reports.
 enum Message {
     Stage(String, u64),
     Advance(u64),
@@ -38,7 +38,7 @@ enum Message {
     End,
 }
 
-/// Passes what a workflow tells to the thread that waits for it.
+/// Passes what a workflow reports to the thread that waits for it.
 struct Reporter {
     sender: Sender<Message>,
     may_go_on: AtomicBool,
@@ -153,7 +153,7 @@ workflows! {
     "fit" => tropism_lab::fit::FitPlan,
     "forecast" => tropism_lab::forecast::ForecastPlan,
     "grow" => tropism_lab::grow::GrowPlan,
-    "laboratories" => tropism_lab::laboratories::LaboratoriesPlan,
+    "replicates" => tropism_lab::replicates::ReplicatesPlan,
     "report" => tropism_lab::report::ReportPlan,
     "run" => RunPlan,
     "score" => tropism_lab::score::ScorePlan,
@@ -222,7 +222,7 @@ impl<'py> Listener<'py> {
     }
 }
 
-/// Takes what has been told within [`LOOK`]; progress that was told in pieces is one piece. `None` after the end.
+/// Takes what has been reported within [`LOOK`]; progress that was reported in pieces is one piece. `None` after the end.
 fn heard(receiver: &Receiver<Message>) -> Option<Vec<Message>> {
     let mut messages = Vec::new();
     let first = match receiver.recv_timeout(LOOK) {
@@ -275,14 +275,14 @@ pub(crate) fn execute_workflow(
             let heard = py.detach(|| receiver.lock().map_or(None, |receiver| heard(&receiver)));
             let Some(messages) = heard else { break };
             is_over = matches!(messages.last(), Some(Message::End));
-            let told: PyResult<()> = py.check_signals().and_then(|()| {
+            let printed: PyResult<()> = py.check_signals().and_then(|()| {
                 messages.into_iter().try_for_each(|message| listener.hear(message))?;
                 if !listener.may_go_on()? {
                     return Err(Interrupted::new_err("the monitor asked for an end"));
                 }
                 Ok(())
             });
-            if let Err(error) = told {
+            if let Err(error) = printed {
                 reporter.may_go_on.store(false, Ordering::Relaxed);
                 stopped_by.get_or_insert(error);
             }

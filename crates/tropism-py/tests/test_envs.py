@@ -153,10 +153,10 @@ def test_steered_beans_are_those_of_the_workflows(name: str, tmp_path: Path) -> 
         assert grown.fitness[number] == fitness == infos[-1]["fitness"]
         np.testing.assert_allclose(Track.read(grown.tracks[number]).tips, np.array(rows)[:, :2], rtol=0, atol=5e-6)
     others = gymnasium.make(name, tip="detector", plants="transfer")
-    tropism.transfer(controllers=[{"name": "chase", "controller": rule}], out=tmp_path / "transfer", **plans)
+    tropism.transfer(controllers=[{"name": "greedy", "controller": rule}], out=tmp_path / "transfer", **plans)
     for number, seed in enumerate((4, None)):
         rows, *_ = steered(others, seed)
-        path = tmp_path / "transfer" / "tracks" / "chase" / f"plant-{number + 1:04}.csv"
+        path = tmp_path / "transfer" / "tracks" / "greedy" / f"plant-{number + 1:04}.csv"
         np.testing.assert_allclose(Track.read(path).tips, np.array(rows)[:, :2], rtol=0, atol=5e-6)
 
 
@@ -358,7 +358,7 @@ def test_options_reach_the_plants() -> None:
     assert all((other != plain).any() for other in others)
     dropped = gymnasium.make("tropism/Tent-v0", greenhouse={"faults": {"dropped": 1.0}})
     pixels, info = dropped.reset(seed=1)
-    assert pixels.max() == 0 and info["quality"] == "held"
+    assert pixels.max() == 0 and info["quality"] == "carried_forward"
 
 
 def test_what_is_wrong_is_named() -> None:

@@ -241,7 +241,7 @@ def test_beans_of_every_task_are_grown_with_what_it_needs(task: dict[str, Any], 
     assert (track, fitness) == loop.grow({"kind": "greedy"}, task, seed=5)
     # A plan of one plant whose seed is known: the same bean by the workflow.
     seeds = {"start": 5, "end": 6}
-    controllers = [{"name": "chase", "controller": {"kind": "greedy"}}]
+    controllers = [{"name": "greedy", "controller": {"kind": "greedy"}}]
     out = tmp_path / "transfer"
     judged = tropism.transfer(
         controllers=controllers, plant_seeds=seeds, task=task, greenhouse=greenhouse, out=out, monitor=False

@@ -66,12 +66,12 @@ def test_the_whole_way_from_beans_to_a_report(model: Path, tmp_path: Path) -> No
     assert scores.tracks[0].steps > 100
     assert simulated.episodes == 3
     compared = tropism.transfer(
-        controllers=[{"name": "champion", "controller": champion}, {"name": "chase", "controller": {"kind": "greedy"}}],
+        controllers=[{"name": "champion", "controller": champion}, {"name": "greedy", "controller": {"kind": "greedy"}}],
         plants=4,
         out=tmp_path / "transfer",
         monitor=False,
     )
-    assert compared.is_virtual and [row.name for row in compared.controllers] == ["champion", "chase"]
+    assert compared.is_virtual and [row.name for row in compared.controllers] == ["champion", "greedy"]
     assert "virtual plants" in compared._repr_html_()
     figures = tmp_path / "figures"
     report = tropism.report(
@@ -334,11 +334,11 @@ def test_a_sweep_is_resumed_from_its_folder(model: Path, tmp_path: Path) -> None
 def test_a_small_study_has_its_report(tmp_path: Path) -> None:
     config = tropism.quick_study()
     config.update(
-        experiments=2, steps=200, random_controllers=1000, reality_plants=1, judging_plants=4, trial_plants=10
+        experiments=2, steps=200, random_controllers=1000, reality_plants=1, test_plants=4, trial_plants=10
     )
     config["evolution"].update(generations=5, runs=2)
     results = tropism.study(config=config, out=tmp_path / "study", monitor=False)
     assert results.is_virtual and (tmp_path / "study" / "report.html").exists()
     assert_typed(results)
-    assert results.many_chase.plants == 4 and results.reality_champion.plants == 1
+    assert results.many_greedy.plants == 4 and results.reality_champion.plants == 1
     assert tropism.resume(tmp_path / "study", "study", monitor=False) == results

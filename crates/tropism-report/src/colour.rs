@@ -80,8 +80,9 @@ impl ColourMap {
     }
 }
 
-/// The style sheet of all figures.
-pub(super) fn style() -> String {
+/// The style sheet of all figures: that of light ground, and in blocks of `@media` what differs on dark ground.
+#[must_use]
+pub fn style() -> String {
     let rules = |is_dark| {
         ColourMap::BOTH
             .into_iter()

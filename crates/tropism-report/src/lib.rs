@@ -41,6 +41,7 @@ mod forecast;
 use std::collections::BTreeMap;
 
 pub use animation::{Animation, AnimationError};
+pub use colour::style;
 pub use comparison::{ComparedRuns, fitness_compared, values_compared};
 pub use composite::{Composite, composite};
 pub use decision::{SteeredTrack, decision, decision_text, rule};

@@ -63,12 +63,15 @@ struct Curves {
 
 impl Curves {
     fn of(track: &Track) -> Self {
-        let measured = |value: fn(&tropism::geometry::Point) -> f64| -> Vec<f64> {
-            let samples = track.samples.iter();
-            samples
-                .map(|sample| if sample.quality == Quality::Held { f64::NAN } else { value(&sample.tip) })
-                .collect()
-        };
+        let measured =
+            |value: fn(&tropism::geometry::Point) -> f64| -> Vec<f64> {
+                let samples = track.samples.iter();
+                samples
+                    .map(|sample| {
+                        if sample.quality == Quality::CarriedForward { f64::NAN } else { value(&sample.tip) }
+                    })
+                    .collect()
+            };
         let hours: Vec<f64> = track.samples.iter().map(|sample| sample.time_s / 3600.0).collect();
         let (x, y) = (measured(|tip| tip.x), measured(|tip| tip.y));
         let end = |point: u32, axis: char| track.numbers(&format!("stem_{point}_{axis}_cm"));
@@ -259,10 +262,11 @@ mod tests {
             .collect();
         let mut track = testing::track(&rows);
         for sample in track.samples.iter_mut().step_by(10) {
-            sample.quality = Quality::Held;
+            sample.quality = Quality::CarriedForward;
         }
         let tips: Vec<_> = track.samples.iter().map(|sample| (sample.tip, sample.quality)).collect();
-        let measured = |value: f64, quality: Quality| if quality == Quality::Held { f64::NAN } else { value };
+        let measured =
+            |value: f64, quality: Quality| if quality == Quality::CarriedForward { f64::NAN } else { value };
         for (point, share) in [(8, 7.0 / 9.0), (10, 1.0)] {
             track.add_numbers(
                 &format!("stem_{point}_x_cm"),

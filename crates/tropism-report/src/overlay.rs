@@ -12,8 +12,8 @@ use tropism::vision::Detection;
 pub struct OverlayMarks<'a> {
     /// Tip (a magenta cross), stem (cyan) and apex (a cyan ring).
     pub detection: Option<&'a Detection>,
-    /// A held tip: a grey cross.
-    pub held: Option<Pixel>,
+    /// A tip carried forward: a grey cross.
+    pub carried_forward: Option<Pixel>,
     /// The crop: a white frame.
     pub crop: Option<Region>,
     /// The root: a white ring.
@@ -40,7 +40,7 @@ pub fn draw_overlay(image: &Image, marks: &OverlayMarks<'_>) -> Image {
         let x = if light == Light::LEFT { 10.0 * unit } else { width - 1.0 - 10.0 * unit };
         canvas.disc(Pixel::new(x, 10.0 * unit), 6.0 * unit, Color::from_rgba8(255, 220, 0, 255));
     }
-    if let Some(held) = marks.held {
+    if let Some(held) = marks.carried_forward {
         canvas.cross(held, Color::from_rgba8(170, 170, 170, 255));
     }
     if let Some(detection) = marks.detection {

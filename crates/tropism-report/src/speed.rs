@@ -21,7 +21,7 @@ const STRIP_GAP: u32 = 10;
 /// Figure 3: |Δx| of every step as a colour, over the time step and the time since the lit lamp was switched on.
 ///
 /// Two lamps extend to the left and to the right, as in the paper; more lamps have a strip each. A cell with data of several
-/// tracks shows their mean. Steps next to a held tip have no shift and are left out.
+/// tracks shows their mean. Steps next to a tip carried forward have no shift and are left out.
 #[must_use]
 pub fn speed(tracks: &[Track], plants: Plants) -> Figure {
     let layout = lamp::layout_of(tracks);
@@ -129,7 +129,8 @@ fn swings(track: &Track) -> Vec<Swing> {
             Some((same, since)) if same == light => (light, since),
             _ => (light, before.step),
         });
-        let is_measured = before.quality != Quality::Held && after.quality != Quality::Held;
+        let is_measured =
+            before.quality != Quality::CarriedForward && after.quality != Quality::CarriedForward;
         if let Some((light, since)) = lit.filter(|_| is_measured && after.step - before.step == 1) {
             let shift = (after.tip.x - before.tip.x).abs();
             swings.push(Swing { step: before.step, light, duration: before.step - since + 1, shift });
@@ -146,7 +147,7 @@ struct Columns<'l> {
     period: Period,
 }
 
-/// Minutes between two steps. The paper's five are not told.
+/// Minutes between two steps. The paper's five are not printed.
 #[derive(Clone, Copy)]
 struct Period(f64);
 

@@ -182,7 +182,7 @@ mod tests {
             interval: [middle + 1.8, middle + 3.1],
         };
         testing::golden(&score_strips(
-            &[scores("chase", 6.0), scores("run-07", 8.5)],
+            &[scores("greedy", 6.0), scores("run-07", 8.5)],
             "cm",
             15.0,
             Plants::Virtual,
@@ -197,7 +197,7 @@ mod tests {
             track,
             goals: Goals { targets: vec![Point::new(3.0, 6.0)], ..Goals::default() },
         };
-        let rows = vec![("chase".to_owned(), vec![plant.clone(); 3]), ("rule".to_owned(), vec![plant; 3])];
+        let rows = vec![("greedy".to_owned(), vec![plant.clone(); 3]), ("rule".to_owned(), vec![plant; 3])];
         let Body::Svg(svg) = steering_panels(&rows, Plants::Virtual).body else { panic!() };
         testing::assert_well_formed(&svg);
         assert_eq!(svg.matches("best: plant 1").count(), 6);
@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn no_plants_are_still_a_figure() {
         let none =
-            ControllerScores { name: "chase".to_owned(), fitness: Vec::new(), interval: [f64::NAN; 2] };
+            ControllerScores { name: "greedy".to_owned(), fitness: Vec::new(), interval: [f64::NAN; 2] };
         for figure in [
             score_strips(&[], "cm", 15.0, Plants::Virtual),
             score_strips(&[none], "cm", 15.0, Plants::Virtual),

@@ -1,4 +1,4 @@
-//! Photographs that another program puts in a folder: a tethered camera (`gphoto2 --capture-tethered`), or laboratory
+//! Photographs that another program puts in a folder: a tethered camera (`gphoto2 --capture-tethered`), or replicate
 //! software.
 
 use std::fs;

@@ -516,7 +516,7 @@ mod tests {
     /// A simulated plug: the commands that it received, and whether it obeys.
     #[derive(Clone, Default)]
     struct Device {
-        told: Arc<Mutex<Vec<String>>>,
+        printed: Arc<Mutex<Vec<String>>>,
         is_deaf: Arc<Mutex<bool>>,
         is_there: Arc<Mutex<bool>>,
     }
@@ -539,7 +539,7 @@ mod tests {
                         Ok(Event::Incoming(Packet::SubAck(_))) => *own.is_there.lock().unwrap() = true,
                         Ok(Event::Incoming(Packet::Publish(order))) => {
                             let order = String::from_utf8(order.payload.to_vec()).unwrap();
-                            own.told.lock().unwrap().push(order.clone());
+                            own.printed.lock().unwrap().push(order.clone());
                             if !*own.is_deaf.lock().unwrap() {
                                 // As the real devices do: zigbee2mqtt retains its state.
                                 let kept = dialect == Dialect::Zigbee2mqtt;
@@ -562,8 +562,8 @@ mod tests {
             wait_until(|| *self.is_there.lock().unwrap());
         }
 
-        fn told(&self) -> Vec<String> {
-            self.told.lock().unwrap().clone()
+        fn printed(&self) -> Vec<String> {
+            self.printed.lock().unwrap().clone()
         }
     }
 
@@ -577,7 +577,7 @@ mod tests {
             for is_on in [true, false, false, true] {
                 open.switch(is_on).unwrap();
             }
-            assert_eq!(device.told(), [true, false, false, true].map(|is_on| plug.payload(is_on)));
+            assert_eq!(device.printed(), [true, false, false, true].map(|is_on| plug.payload(is_on)));
             // It is on, and what the broker kept of that is no answer to the next order.
             *device.is_deaf.lock().unwrap() = true;
             open = open.lit_within(Duration::from_millis(300));
@@ -597,7 +597,7 @@ mod tests {
         hear(&mut connection, |packet| matches!(packet, Packet::PubAck(_)));
         let error = open(broker.port, &plug).switch(true).unwrap_err().to_string();
         assert!(error.contains("found it offline"), "{error}");
-        assert!(device.told().is_empty());
+        assert!(device.printed().is_empty());
     }
 
     #[test]
@@ -614,7 +614,7 @@ mod tests {
         assert!(flash.switch(true).unwrap_err().to_string().contains("while connecting"));
         broker.signal(rustix::process::Signal::CONT);
         flash.switch(false).unwrap();
-        assert_eq!(device.told(), ["ON", "OFF", "OFF"]);
+        assert_eq!(device.printed(), ["ON", "OFF", "OFF"]);
         // Killed, and started again.
         drop(broker);
         assert!(flash.switch(true).is_err());
@@ -622,7 +622,7 @@ mod tests {
         let _broker = Mosquitto::start(Some(port));
         device.wait();
         flash.switch(false).unwrap();
-        assert_eq!(device.told(), ["ON", "OFF", "OFF", "OFF"]);
+        assert_eq!(device.printed(), ["ON", "OFF", "OFF", "OFF"]);
     }
 
     /// A broker with a certificate for 127.0.0.1, and the file of the authority that signed it. `None` where a program is missing.

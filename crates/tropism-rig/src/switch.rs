@@ -100,17 +100,17 @@ pub struct BoundedFlash {
     shared: Arc<(Mutex<State>, Condvar)>,
     settle: Duration,
     max_on: Duration,
-    guard: Option<JoinHandle<()>>,
+    watchdog: Option<JoinHandle<()>>,
 }
 
 struct State {
     switch: Box<dyn Switch>,
-    /// When the guard switches it off; `None` if it is confirmed to be off.
+    /// When the watchdog switches it off; `None` if it is confirmed to be off.
     off_at: Option<Instant>,
     is_over: bool,
 }
 
-/// Pause of the guard between two attempts: chosen by hand.
+/// Pause of the watchdog between two attempts: chosen by hand.
 const RETRY_PAUSE: Duration = Duration::from_secs(1);
 
 impl BoundedFlash {
@@ -122,9 +122,9 @@ impl BoundedFlash {
         switch.switch(false)?;
         let state = State { switch, off_at: None, is_over: false };
         let shared = Arc::new((Mutex::new(state), Condvar::new()));
-        let guarded = Arc::clone(&shared);
-        let guard = Some(thread::spawn(move || guard(&guarded)));
-        Ok(Self { shared, settle, max_on, guard })
+        let watched = Arc::clone(&shared);
+        let watchdog = Some(thread::spawn(move || watchdog(&watched)));
+        Ok(Self { shared, settle, max_on, watchdog })
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -137,7 +137,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn guard((state, changed): &(Mutex<State>, Condvar)) {
+fn watchdog((state, changed): &(Mutex<State>, Condvar)) {
     let mut state = lock(state);
     loop {
         match state.off_at {
@@ -182,9 +182,9 @@ impl Drop for BoundedFlash {
     fn drop(&mut self) {
         self.state().is_over = true;
         self.shared.1.notify_all();
-        if let Some(guard) = self.guard.take() {
-            // A panic of the guard has already been reported.
-            let _ = guard.join();
+        if let Some(watchdog) = self.watchdog.take() {
+            // A panic of the watchdog has already been reported.
+            let _ = watchdog.join();
         }
     }
 }

@@ -7,7 +7,7 @@ const chosen = new Set((asked.get("at") ?? "").split("\n").filter(Boolean));
 /** @type {any[]} */
 let items = [];
 
-const COMPARED = ["run", "evolution", "study", "sweep", "transfer", "laboratories"];
+const COMPARED = ["run", "evolution", "study", "sweep", "transfer", "replicates"];
 
 function list() {
   const wanted = $("#find").value.trim().toLowerCase();

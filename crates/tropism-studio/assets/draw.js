@@ -8,8 +8,8 @@ import { drawn, setMode } from "./editor.js";
 import { begin, pause, play } from "./trial.js";
 
 // Phases.
-/** @param {"draw" | "evolve" | "try"} to */
-function enter(to) {
+/** @param {"draw" | "evolve" | "try"} to @param {"you"} [who] steers */
+export function enter(to, who) {
   view.phase = to;
   for (const name of ["draw", "evolve", "try"]) $(`#p-${name}`).hidden = name !== to;
   $("#hint").hidden = $("#mode").hidden = $("#tool").hidden = to !== "draw";
@@ -23,7 +23,7 @@ function enter(to) {
   });
   $("#live").textContent = { draw: "Draw targets.", evolve: "Evolving.", try: "A bean to try it on." }[to];
   if (to === "try") {
-    begin();
+    begin(who);
   } else {
     draw();
   }

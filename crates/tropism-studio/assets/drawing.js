@@ -51,7 +51,7 @@ export let steepest = 90;
 /** @type {string[]} */
 const past = [];
 
-/** What the server is told of the drawing. */
+/** The drawing as the server reads it. */
 export function drawing() {
   const points = (/** @type {string} */ kind) => sorted(kind).map((item) => item.points[0]);
   const obstacles = items.filter(isObstacle).map(obstacleOf);

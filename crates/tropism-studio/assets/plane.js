@@ -16,7 +16,7 @@ const Y = (/** @type {number} */ y) => SOIL - U * y;
 
 /**
  * What the page shows: its phase, the evolution whose champion is tried, who steers, their trials, and the lamp that you light.
- * @type {{ phase: "draw" | "evolve" | "try", at: string, who: "champion" | "greedy" | "you", trials: Record<string, Trial | undefined>, yours: string }}
+ * @type {{ phase: "draw" | "evolve" | "try", at: string, who: "champion" | "greedy" | "rule" | "you", trials: Record<string, Trial | undefined>, yours: string }}
  */
 export const view = { phase: "draw", at: asked.get("at") ?? "", who: "champion", trials: {}, yours: "l" };
 

@@ -41,7 +41,7 @@ const at = asked.get("at") ?? "";
  * A step, from a row that the server sends.
  * @param {any[]} row
  */
-const step = ([number, hours, x, y, length, lamp, confirmed, held, status, confidence, unix, photo, px, py]) => ({
+const step = ([number, hours, x, y, length, lamp, confirmed, isCarried, status, confidence, unix, photo, px, py]) => ({
   number,
   hours,
   x,
@@ -49,7 +49,7 @@ const step = ([number, hours, x, y, length, lamp, confirmed, held, status, confi
   length,
   lamp,
   isConfirmed: Boolean(confirmed),
-  isHeld: Boolean(held),
+  isCarriedForward: Boolean(isCarried),
   status,
   confidence,
   unix,
@@ -114,7 +114,7 @@ function overlay() {
   const tip =
     one.px === null
       ? ""
-      : `<circle class="dark" cx="${one.px}" cy="${one.py}" r="11"/><circle class="ring ${one.isHeld ? "held" : ""}" cx="${one.px}" cy="${one.py}" r="11"/>`;
+      : `<circle class="dark" cx="${one.px}" cy="${one.py}" r="11"/><circle class="ring ${one.isCarriedForward ? "carried_forward" : ""}" cx="${one.px}" cy="${one.py}" r="11"/>`;
   return region + wanted + trail + stemLine + marks.join("") + tip;
 }
 
@@ -267,7 +267,7 @@ function facts() {
     last && last.x !== null
       ? html`${num(last.x, 1)}, ${num(last.y, 1)} <small>cm</small
           ><span class="sub"
-            >${last.isHeld ? html`<b>kept</b>: not found in the photograph` : `measured, confidence ${num(last.confidence, 2)}`}</span
+            >${last.isCarriedForward ? html`<b>kept</b>: not found in the photograph` : `measured, confidence ${num(last.confidence, 2)}`}</span
           >`
       : "–";
   put($("#tip"), tip);
@@ -546,7 +546,7 @@ function health() {
       >${icon(isGood ? "done" : "warn")}${isGood ? "all checks pass" : "look here"}</span
     >`,
   );
-  // What says the same again and again is told once, with how often.
+  // What says the same again and again is shown once, with a count.
   const told = [];
   for (const event of [...events].reverse()) {
     const same = told.at(-1);
@@ -570,7 +570,7 @@ function health() {
   put(
     $("#numbers"),
     html`<tbody>
-      ${row("Photographs", `${steps.length}, ${status.held ?? 0} without plant`)}
+      ${row("Photographs", `${steps.length}, ${status.carried_forward ?? 0} without plant`)}
       ${row("Lamps confirmed", `${steps.filter((one) => one.isConfirmed).length} of ${steps.filter((one) => one.lamp).length}`)}
       ${row("Late steps", status.counts?.late ?? 0)} ${row("Missed steps", status.counts?.missed ?? 0)}
       ${row("Size of the photographs", size(status.bytes ?? 0))}

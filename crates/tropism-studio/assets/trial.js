@@ -6,43 +6,44 @@ import { draw, view } from "./plane.js";
 
 /** @typedef {import("./plane.js").Trial} Trial */
 
-let seed = 101;
+/** Seed of the bean. */
+export let seed = 101;
 let speed = 36;
 let isPlaying = false;
 
 const SAYS = {
   champion: "The network that evolved, which sees only where the tip is; or the rule that was tuned.",
   greedy: "Lights the lamp on the side of the next target, or of the next point of the line: the rule that a person would write by hand.",
+  rule: "A rule with nine numbers that was tuned beforehand: it looks ahead, and remembers the light so far.",
   you: "You light the lamps: buttons, or the left and right arrow keys. Light early: the bean answers late.",
 };
-/** @param {"champion" | "greedy" | "you"} next */
-async function steer(next) {
+/** Who steers from here on. @param {keyof typeof SAYS} next */
+export async function steer(next) {
   view.who = next;
   for (const button of $$("[data-who]")) button.setAttribute("aria-pressed", String(button.dataset.who === next));
   $("#who-says").textContent = SAYS[next];
   $("#steer").hidden = next !== "you";
   await ready();
 }
+/** A trial at its start: the bean of this seed, steered to its end; by a person, not yet. @param {string} who @returns {Promise<Trial>} */
+async function grown(who) {
+  const found = await get("api/try", {
+    who,
+    drawing: text(),
+    at: who === "champion" ? view.at || null : null,
+    seed,
+    lights: who === "you" ? "" : null,
+  });
+  const { frames, fitness, crossings } = found;
+  return { frames, fitness, crossings, isOver: found.is_over, at: 0, lights: "" };
+}
 /** The trial of whoever steers: the bean of this seed from its start. */
 async function ready() {
   const own = view.who;
   if (!view.trials[own]) {
     try {
-      const found = await get("api/try", {
-        who: own,
-        drawing: text(),
-        at: own === "champion" ? view.at : null,
-        seed,
-        lights: own === "you" ? "" : null,
-      });
-      view.trials[own] ??= {
-        frames: found.frames,
-        fitness: found.fitness,
-        crossings: found.crossings,
-        isOver: found.is_over,
-        at: 0,
-        lights: "",
-      };
+      const found = await grown(own);
+      view.trials[own] ??= found;
     } catch (error) {
       isPlaying = false;
       say(error);
@@ -67,7 +68,8 @@ function scores() {
       <td class="n">${value}${name === view.who ? html` <span class="soft">of ${num(best, 1)}</span>` : ""}</td>
     </tr>`;
   };
-  put($("#score"), [row("champion", "Champion"), row("greedy", "Greedy"), row("you", "You")]);
+  const steerers = $$("[data-who]").filter((button) => !button.hidden);
+  put($("#score"), steerers.map((button) => row(button.dataset.who, button.textContent)));
   const trial = view.trials[view.who];
   const step = trial?.at ?? 0;
   const frame = trial?.frames[step];
@@ -93,10 +95,22 @@ const touched = (trial) => trial.frames.slice(0, trial.at + 1).filter((one) => o
 /** @param {Trial} trial */
 const isDone = (trial) => trial.at >= trial.frames.length - 1 && (view.who !== "you" || trial.isOver || trial.lights.length >= 1000);
 
-/** Begins without trials: the champion steers, or the rule where there is none. */
-export function begin() {
+/** Begins without trials. @param {keyof typeof SAYS} [who] steers: the champion, or the rule where there is none */
+export function begin(who = view.at ? "champion" : "greedy") {
   view.trials = {};
-  steer(view.at ? "champion" : "greedy");
+  steer(who);
+}
+/** Lets all others steer the same bean to the end, for their scores beside that of a person. */
+async function rivals() {
+  const own = view.trials;
+  for (const { hidden, dataset } of $$("[data-who]")) {
+    if (hidden || dataset.who === "you" || own[dataset.who]) continue;
+    const trial = await grown(dataset.who).catch(() => undefined);
+    if (trial) own[dataset.who] = { ...trial, at: trial.frames.length - 1 };
+    if (own !== view.trials) return;
+    draw();
+    scores();
+  }
 }
 export function pause() {
   isPlaying = false;
@@ -114,9 +128,13 @@ $("#again").onclick = () => {
   view.trials[view.who] = undefined;
   ready();
 };
-$("#other").onclick = () => {
-  seed += 1;
+/** Another bean takes the place of this one. @param {number} next its seed */
+export function setSeed(next) {
+  seed = next;
   view.trials = {};
+}
+$("#other").onclick = () => {
+  setSeed(seed + 1);
   play(true);
 };
 $("#who").onclick = (event) => {
@@ -183,7 +201,10 @@ function frame(time) {
     const steps = Math.min(Math.floor(debt), trial.frames.length - 1 - trial.at);
     debt = Math.min(1, debt - steps);
     if (steps > 0) trial.at += steps;
-    if (isDone(trial) && !isAsking) isPlaying = false;
+    if (isDone(trial) && !isAsking) {
+      isPlaying = false;
+      if (view.who === "you") rivals();
+    }
     if (steps > 0 || !isPlaying) {
       draw();
       scores();

@@ -1,4 +1,4 @@
-// Tune vision: see tips and doubts change with the settings.
+// Tune vision: see tips and warnings change with the settings.
 // @ts-check
 import {
   $,
@@ -63,7 +63,7 @@ function photograph() {
     [x + w, y + h, "lower right"],
   ];
   const tip = one.tip
-    ? `<circle class="dark" cx="${one.tip[0]}" cy="${one.tip[1]}" r="${11 * k}"/><circle class="ring ${one.state === "found" ? "" : "held"}" cx="${one.tip[0]}" cy="${one.tip[1]}" r="${11 * k}"/>`
+    ? `<circle class="dark" cx="${one.tip[0]}" cy="${one.tip[1]}" r="${11 * k}"/><circle class="ring ${one.state === "found" ? "" : "carried_forward"}" cx="${one.tip[0]}" cy="${one.tip[1]}" r="${11 * k}"/>`
     : "";
   const stem = one.stem?.length ? `<path class="stem" d="M${one.stem.map((point) => point.join(" ")).join("L")}"/>` : "";
   const handles = corners.map(
@@ -80,7 +80,7 @@ function photograph() {
 }
 
 const says = (one) =>
-  ({ found: "found", doubtful: "doubtful", missed: one.status === "ok" ? "not found" : one.status.replaceAll("-", " ") })[
+  ({ found: "found", uncertain: "uncertain", missed: one.status === "ok" ? "not found" : one.status.replaceAll("-", " ") })[
     one.state
   ];
 
@@ -89,7 +89,7 @@ function samples() {
   const one = (sample) =>
     html`<button
       type="button"
-      class="sample ${{ doubtful: "doubt", missed: "miss" }[sample.state] ?? ""}"
+      class="sample ${{ uncertain: "warning", missed: "miss" }[sample.state] ?? ""}"
       data-index="${sample.index}"
       aria-pressed="${sample.index === chosen}"
     >
@@ -101,15 +101,15 @@ function samples() {
         ></span
       >
     </button>`;
-  put($("#samples"), shown.length ? shown.map(one) : html`<p class="soft">No doubts with these settings.</p>`);
+  put($("#samples"), shown.length ? shown.map(one) : html`<p class="soft">No warnings with these settings.</p>`);
 }
 
 function facts() {
   const count = (list, state) => list.filter((one) => one.state === state).length;
   const found = (list) => list.length - count(list, "missed");
   put($("#found"), html`${found(seen)} <small>of ${seen.length}</small>`);
-  $("#doubtful").textContent = count(seen, "doubtful");
-  put($("#before"), html`${found(before)} <small>of ${before.length}, ${count(before, "doubtful")} doubtful</small>`);
+  $("#uncertain").textContent = count(seen, "uncertain");
+  put($("#before"), html`${found(before)} <small>of ${before.length}, ${count(before, "uncertain")} uncertain</small>`);
   const moves = seen.map((one, index) =>
     one.tip && before[index]?.tip
       ? Math.hypot(one.tip[0] - before[index].tip[0], one.tip[1] - before[index].tip[1]) / settings.px_per_cm
@@ -117,7 +117,7 @@ function facts() {
   );
   put($("#moved"), html`${num(Math.max(0, ...moves), 1)} <small>cm at most</small>`);
   const isWorse =
-    found(seen) < found(before) || (found(seen) === found(before) && count(seen, "doubtful") > count(before, "doubtful"));
+    found(seen) < found(before) || (found(seen) === found(before) && count(seen, "uncertain") > count(before, "uncertain"));
   $("#note").hidden = !isWorse;
   $("#note").textContent = "Worse than before on these photographs. Nothing is written until you say so.";
 }

@@ -1,4 +1,4 @@
-// A study, sweep, transfer, comparison of laboratories or tuned rule: how far it is.
+// A study, sweep, transfer, comparison of replicates or tuned rule: how far it is.
 // @ts-check
 import { $, asked, chip, command, get, html, listen, num, put, refuse, session, span } from "./studio.js";
 
@@ -13,7 +13,7 @@ function stages(status) {
       stage.total,
       `${stage.unit}${stage.seconds ? `, ${span(stage.seconds)}` : ""}`,
     ]);
-  if (status.worlds) return status.worlds.map((world) => [world.world, world.controllers_done, world.controllers, "controllers"]);
+  if (status.scenarios) return status.scenarios.map((scenario) => [scenario.scenario, scenario.controllers_done, scenario.controllers, "controllers"]);
   if (status.rule)
     return status.is_over ? [] : [["search", status.generation, status.generations, `generations${status.best_fitness === null ? "" : `, best ${num(status.best_fitness)}`}`]];
   if (status.controllers) return status.controllers.map((one) => [one.name, one.plants, status.plants, "plants"]);

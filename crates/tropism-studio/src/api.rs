@@ -20,9 +20,9 @@ use tropism_lab::safe_state::SafeStatePlan;
 use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::stop::StopPlan;
 use tropism_lab::{ControllerSpec, RunConfig, Silent, Workflow, files, holder};
+use tropism_page::Drawing;
 
 use crate::access::{LogInError, Right, Session};
-use crate::drawing::Drawing;
 use crate::error::Refusal;
 use crate::found::{Kind, resolve, resolve_kind, resolve_work, search_of};
 use crate::gate::gate;
@@ -36,7 +36,7 @@ const MAX_BODY: usize = 64 * 1024;
 /// How long a body may take to come.
 const BODY_COMES: Duration = Duration::from_secs(10);
 
-/// How long a stop may take before the page is told that it goes on.
+/// How long a stop may take before the page says that it goes on.
 const STOP_WAIT_MIN: f64 = 0.5;
 
 /// Width of a small photograph, in pixels.
@@ -285,7 +285,7 @@ fn followed_run(studio: &Studio, at: &str) -> Result<stream::Latest<run::RunView
 
 /// The page of a run, which is read while the browser loads scripts and styles.
 async fn run_page(State(studio): Shared, Query(At { at }): Query<At>, headers: HeaderMap) -> Response {
-    // What is wrong with the run the page is told when it asks.
+    // What is wrong with the run is sent to the page when it asks.
     let _ = followed_run(&studio, &at);
     let link = work_on(&studio, move |studio| {
         let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
@@ -420,9 +420,9 @@ fn predicted(studio: &Studio, folder: &Path) -> Result<Value, Refusal> {
             "the model of its controller knows the tip alone, and this task is about the stem",
         ));
     }
-    let mut told = run::prediction(folder, &config, model)?;
-    told["model"] = model.strip_prefix(&studio.root).unwrap_or(model).display().to_string().into();
-    Ok(told)
+    let mut printed = run::prediction(folder, &config, model)?;
+    printed["model"] = model.strip_prefix(&studio.root).unwrap_or(model).display().to_string().into();
+    Ok(printed)
 }
 
 async fn stop(State(studio): Shared, body: Body) -> Answer {

@@ -37,6 +37,7 @@ const ASSETS: &[Asset] = assets! {
     "style.css": "text/css; charset=utf-8",
     "icon.svg": "image/svg+xml",
     "early.js": SCRIPT,
+    "dom.js": SCRIPT,
     "studio.js": SCRIPT,
     "figure.js": SCRIPT,
     "obstacle.js": SCRIPT,

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use tropism_lab::stop::StopPlan;
 use tropism_lab::{Silent, Workflow};
+use tropism_page::Drawing;
 
-use crate::drawing::Drawing;
 use crate::error::StudioError;
 use crate::{Studio, draw, jobs};
 
@@ -29,7 +29,7 @@ impl Demo {
         let root = &studio.root;
         let words = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<String>>();
         let run =
-            words(&format!("run --rig greenhouse --controller chase --out {BEAN} --seed 4 --speed {SPEED}"));
+            words(&format!("run --rig greenhouse --controller greedy --out {BEAN} --seed 4 --speed {SPEED}"));
         let log = root.join(crate::OWN).join("demo.log");
         let failed = |error: std::io::Error| StudioError::System(format!("tropism run: {error}"));
         let run = jobs::spawn(&studio.program, root, &run, &log).map_err(failed)?;

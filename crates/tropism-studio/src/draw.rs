@@ -4,35 +4,24 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use tropism::control::{Controller, Schedule};
-use tropism::environment::Environment;
-use tropism::geometry::Point;
-use tropism::lamps::{Layout, Light};
-use tropism::observation::{Observation, Quality};
+use tropism::control::Controller;
+use tropism::lamps::Layout;
 use tropism::simulation::ModelKind;
-use tropism::task::Task;
-use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
-use tropism_bean::{Reach, Species, Trial};
+use tropism::track::PAPER_PERIOD_MIN;
+use tropism_bean::{Reach, Species};
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::files;
+use tropism_page::{
+    self as page, Drawing, MODELS, MOST_STEPS, Method, commands, model_of, rule_file, schedule_of,
+};
 
-use crate::drawing::Drawing;
 use crate::error::Refusal;
 use crate::{Studio, evolution, found, jobs};
 
 /// Generations of an evolution that a page asks for, at most.
 pub(crate) const MOST_GENERATIONS: u32 = 100_000;
 
-/// Steps of a bean that is tried, at most: three days and a half.
-const MOST_STEPS: u32 = 1000;
-
-/// Tracks of virtual beans that are grown where the folder has no model.
-const TRACKS: &str = "virtual-bean";
-
-/// The model of them that is made then; and the model of their whole stems, for rules and tasks with obstacles.
-const MODELS: [&str; 2] = ["virtual-bean.json", "virtual-stem.json"];
-
-/// What virtual common beans reach, as the page is told.
+/// What virtual common beans reach, as the page shows it.
 #[derive(Debug, Serialize)]
 pub(crate) struct ToldReach {
     is_virtual: bool,
@@ -70,29 +59,15 @@ pub(crate) struct TryPlan {
     /// With [`Who::You`], a letter `l` or `r` for each step so far.
     #[serde(default)]
     pub(crate) lights: String,
-    /// The first step that is told.
+    /// The first step that is sent.
     #[serde(default)]
     pub(crate) from: usize,
-}
-
-/// A step of the bean: its tip, the lamp that is lit from here on, and its stem.
-#[derive(Serialize)]
-struct Frame {
-    x: f64,
-    y: f64,
-    lamp: Option<&'static str>,
-    stem: Vec<[f64; 2]>,
-    /// Whether it touches an obstacle.
-    touches: bool,
-    /// How far the stem is from the wanted form, in cm.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    off: Option<f64>,
 }
 
 /// Grows the bean.
 pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal> {
     let task = Drawing::read(&plan.drawing)?.task()?;
-    let (layout, species) = (Layout::default(), Species::default());
+    let layout = Layout::default();
     let mut controller: Box<dyn Controller> = match plan.who {
         Who::Greedy => ControllerSpec::Greedy.build(&task, &layout, PAPER_PERIOD_MIN),
         Who::Champion => {
@@ -113,81 +88,7 @@ pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal>
         Who::You => Box::new(schedule_of(&plan.lights)?),
     };
     let most = if plan.who == Who::You { plan.lights.len() as u32 } else { MOST_STEPS };
-    let mut bean = Trial { solids: task.solids(), ..Trial::new(&species) }.specimen(plan.seed);
-    let (mut frames, mut samples) = (Vec::new(), Vec::new());
-    let mut is_over = false;
-    for step in 0..=most {
-        let Ok(seen) = bean.observe();
-        is_over = task.is_over(step, &seen);
-        let light = (!is_over && step < most).then(|| controller.decide(&seen));
-        frames.push(frame(&task, &seen, light));
-        samples.push(Sample {
-            step,
-            time_s: 60.0 * PAPER_PERIOD_MIN * f64::from(step),
-            tip: seen.tip,
-            light,
-            quality: Quality::Simulated,
-            stem: seen.stem,
-            depth: None,
-        });
-        let Some(light) = light else { break };
-        let Ok(()) = bean.step(light);
-    }
-    let track = Track::of(samples);
-    let crossings = task.crossings(&track);
-    let steps = frames.len();
-    let fitness: Vec<f64> =
-        task.fitness_so_far(&track).iter().map(|sum| (100.0 * sum).round() / 100.0).collect();
-    Ok(json!({
-        "from": plan.from.min(steps),
-        "frames": frames.into_iter().skip(plan.from).collect::<Vec<_>>(),
-        "fitness": &fitness[plan.from.min(steps)..],
-        "crossings": crossings,
-        "is_over": is_over,
-    }))
-}
-
-fn frame(task: &Task, seen: &Observation, light: Option<Light>) -> Frame {
-    let rounded = |value: f64| (100.0 * value).round() / 100.0;
-    let pair = |point: &Point| [rounded(point.x), rounded(point.y)];
-    Frame {
-        x: rounded(seen.tip.x),
-        y: rounded(seen.tip.y),
-        lamp: light.map(|light| if light == Light::RIGHT { "right" } else { "left" }),
-        stem: seen.stem.as_ref().map(|stem| stem.0.iter().map(pair).collect()).unwrap_or_default(),
-        touches: task.touches(seen),
-        off: seen
-            .stem
-            .as_ref()
-            .filter(|_| task.has_form())
-            .map(|stem| rounded(task.form_difference_cm(stem))),
-    }
-}
-
-/// The lights that a person gave, as letters. Without any, the left lamp.
-fn schedule_of(letters: &str) -> Result<Schedule, Refusal> {
-    if letters.len() > MOST_STEPS as usize {
-        return Err(Refusal::bad(format!("found {} lights, wanted at most {MOST_STEPS}", letters.len())));
-    }
-    let light = |letter| match letter {
-        'l' => Ok(Light::LEFT),
-        'r' => Ok(Light::RIGHT),
-        other => Err(Refusal::bad(format!("lights: found {other:?}, wanted l or r"))),
-    };
-    let mut lights = letters.chars().map(light).collect::<Result<Vec<_>, _>>()?;
-    lights.push(Light::LEFT);
-    Ok(Schedule::new(lights))
-}
-
-/// What a controller is made by.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Method {
-    /// Networks evolve.
-    #[default]
-    Evolve,
-    /// The numbers of a rule are tuned.
-    Tune,
+    Ok(page::try_out(&task, controller.as_mut(), plan.seed, most, plan.from))
 }
 
 /// An evolution, or a search for a rule, that a page asks for.
@@ -272,23 +173,6 @@ pub(crate) fn evolve(studio: &Studio, request: &EvolveRequest) -> Result<Value, 
     Ok(json!({ "job": number, "at": at, "task": saved["task"], "commands": lines }))
 }
 
-/// The file of the rule that is tuned for the drawing `name`.
-fn rule_file(name: &str) -> String {
-    format!("{name}-rule.json")
-}
-
-/// The model of virtual beans that is needed, and the commands that make it. One without the stem touches nothing, and says
-/// too little of how late beans answer for a rule.
-fn model_of(drawing: &Drawing, method: Method) -> (&'static str, [String; 2]) {
-    let [tip, stem] = MODELS;
-    let grow = format!("grow --plants 6 --out {TRACKS}");
-    if drawing.has_stem() || method == Method::Tune {
-        (stem, [grow, format!("fit {TRACKS} --model stem --out {stem}")])
-    } else {
-        (tip, [grow, format!("fit {TRACKS} --out {tip}")])
-    }
-}
-
 /// Writes the task file of a drawing: its text, and the commands that use it.
 pub(crate) fn save(studio: &Studio, name: &str, drawing: &Drawing) -> Result<Value, Refusal> {
     check_name(name)?;
@@ -305,17 +189,6 @@ pub(crate) fn save(studio: &Studio, name: &str, drawing: &Drawing) -> Result<Val
     }
     let commands = commands(name, drawing);
     Ok(json!({ "task": text, "file": format!("{name}.toml"), "commands": commands }))
-}
-
-fn commands(name: &str, drawing: &Drawing) -> Vec<String> {
-    let [evolve, tune] = [Method::Evolve, Method::Tune].map(|method| model_of(drawing, method).0);
-    let rule = rule_file(name);
-    vec![
-        format!("tropism evolve --model {evolve} --task {name}.toml --out {name}"),
-        format!("tropism run --rig greenhouse --controller {name}/champion.json --out {name}-bean"),
-        format!("tropism tune --model {tune} --task {name}.toml --out {rule}"),
-        format!("tropism run --rig greenhouse --controller {rule} --out {name}-bean"),
-    ]
 }
 
 /// Whether the file of a model is of one of the whole stem.
@@ -346,15 +219,6 @@ pub(crate) fn models(root: &Path) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn rules_and_obstacles_need_the_model_of_the_stem() {
-        let drawing = Drawing::of_targets(&[[0.0, 6.0]]);
-        assert_eq!(model_of(&drawing, Method::Evolve).0, MODELS[0]);
-        assert_eq!(model_of(&drawing, Method::Tune).0, MODELS[1]);
-        let behind = Drawing { way_points: vec![[1.0, 5.0]], ..drawing };
-        assert_eq!(model_of(&behind, Method::Evolve).0, MODELS[1]);
-    }
 
     #[test]
     fn names_are_plain() {

@@ -66,6 +66,12 @@ impl From<tropism_lab::Error> for Refusal {
     }
 }
 
+impl From<tropism_page::PageError> for Refusal {
+    fn from(error: tropism_page::PageError) -> Self {
+        Self::bad(error.to_string())
+    }
+}
+
 impl From<tropism_lab::files::FileError> for Refusal {
     fn from(error: tropism_lab::files::FileError) -> Self {
         Self(StatusCode::UNPROCESSABLE_ENTITY, error.to_string())

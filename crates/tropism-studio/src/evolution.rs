@@ -6,24 +6,17 @@ use std::time::{Duration, Instant, SystemTime};
 
 use serde::Deserialize;
 use serde_json::{Value, json};
-use tropism::math::statistics::five_numbers;
-use tropism::task::Task;
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::evolve::{EvolutionRecord, EvolveResults};
 use tropism_lab::{files, holder, simulate};
-use tropism_neat::Genome;
-use tropism_report::{self as report, Body, Plants, SteeredTrack};
+use tropism_page::{self as page, Drawing, ShownGeneration, curves};
+use tropism_report::Plants;
 
-use crate::drawing::Drawing;
 use crate::error::Refusal;
-use crate::run::thinned;
 use crate::stream::{Listened, Message};
 
 /// How often an evolution is looked at.
 pub(crate) const PAUSE: Duration = Duration::from_millis(500);
-
-/// Generations of a curve that are sent, at most: as many as a page has pixels for.
-const POINTS: usize = 300;
 
 /// Simulated plants that a champion steers on the page.
 const PLANTS: u32 = 6;
@@ -49,7 +42,7 @@ impl Listened for EvolutionView {
 #[derive(Clone, Default)]
 struct Known {
     stamp: Option<(u64, SystemTime)>,
-    history: Vec<Generation>,
+    history: Vec<ShownGeneration>,
 }
 
 /// Reads an evolution again and again.
@@ -65,21 +58,12 @@ pub(crate) struct EvolutionReader {
     cost: Duration,
 }
 
-/// What is shown of a generation.
-#[derive(Clone, Deserialize)]
-struct Generation {
-    best_ever: f64,
-    species: f64,
-    links_mean: f64,
-    evaluations: u64,
-}
-
 /// What stands before the generations in a checkpoint, and nowhere else: genomes hold no text.
 const HISTORY: &str = "\"history\":";
 
 /// The history of a checkpoint, without its population and its check sum: those who go on with it check it. No more of the
 /// file is parsed than that.
-fn history(path: &Path) -> Option<Vec<Generation>> {
+fn history(path: &Path) -> Option<Vec<ShownGeneration>> {
     let text = files::read_text(path).ok()?;
     let begin = text.find(HISTORY)? + HISTORY.len();
     Vec::deserialize(&mut serde_json::Deserializer::from_str(&text[begin..])).ok()
@@ -132,7 +116,7 @@ impl EvolutionReader {
             self.runs.iter().filter_map(|run| run.history.last()).map(|last| last.evaluations).sum();
         self.measure(evaluations, at_work.is_some());
         let version = before.map_or(1, |before| before.version + 1);
-        let data = self.data(&record, at_work, is_over, evaluations).to_string();
+        let data = self.data(&record, at_work, is_over).to_string();
         Some(EvolutionView { version, data })
     }
 
@@ -150,69 +134,28 @@ impl EvolutionReader {
         };
     }
 
-    fn data(&self, record: &EvolutionRecord, holder: Option<u32>, is_over: bool, evaluations: u64) -> Value {
+    fn data(&self, record: &EvolutionRecord, holder: Option<u32>, is_over: bool) -> Value {
+        let histories: Vec<&[ShownGeneration]> = self.runs.iter().map(|run| run.history.as_slice()).collect();
+        let mut data = curves(&histories);
         let generations = record.evolution.generations as usize;
-        let longest = self.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
-        let stride = longest.div_ceil(POINTS).max(1);
-        let marks: Vec<usize> = marks(longest, stride);
-        let curve = |of: fn(&Generation) -> f64| -> Vec<Vec<f64>> {
-            let values = |run: &Known| -> Vec<f64> {
-                let shown = marks.iter().map_while(|&mark| run.history.get(mark - 1));
-                shown.map(|generation| rounded(of(generation))).collect()
-            };
-            self.runs.iter().map(values).collect()
-        };
-        let best = curve(|generation| generation.best_ever);
-        let over_runs = |curves: &[Vec<f64>]| -> Vec<[f64; 5]> {
-            let at =
-                |place: usize| curves.iter().filter_map(|run| run.get(place).copied()).collect::<Vec<_>>();
-            (0..marks.len()).filter_map(|place| five_numbers(&at(place))).collect()
-        };
-        let means = |curves: &[Vec<f64>]| -> Vec<f64> {
-            let at = |place: usize| curves.iter().filter_map(move |run| run.get(place).copied());
-            let mean = |place| at(place).sum::<f64>() / at(place).count().max(1) as f64;
-            (0..marks.len()).map(mean).map(rounded).collect()
-        };
-        let quartiles = over_runs(&best);
-        let column = |place: usize| quartiles.iter().map(|five| rounded(five[place])).collect::<Vec<f64>>();
-        let done: usize = self.runs.iter().map(|run| run.history.len()).sum();
         let total = generations * self.runs.len();
+        let done: usize = self.runs.iter().map(|run| run.history.len()).sum();
         let population =
             record.evolution.neat.population as f64 * f64::from(record.evolution.episodes.max(1));
         let rate = self.rate.map(|(.., rate)| rate).filter(|rate| *rate > 0.0 && !is_over);
-        let latest = |run: &Known| run.history.last().map(|last| rounded(last.best_ever));
-        json!({
+        let own = json!({
             "state": if is_over { "over" } else if holder.is_some() { "live" } else { "stopped" },
             "process": holder,
             "generations": generations,
-            "done": done,
             "total": total,
-            "evaluations": evaluations,
             "rate": rate.map(f64::round),
             "left_s": rate.map(|rate| ((total - done.min(total)) as f64 * population / rate).round()),
-            "marks": marks,
-            "best": best,
-            "q1": column(1), "median": column(2), "q3": column(3), "top": column(4),
-            "species": means(&curve(|generation| generation.species)),
-            "links": means(&curve(|generation| generation.links_mean)),
-            "latest": self.runs.iter().map(latest).collect::<Vec<_>>(),
             "results": results(&self.folder).filter(|_| is_over),
             "now": crate::unix_s(),
-        })
+        });
+        data.extend(own.as_object().cloned().unwrap_or_default());
+        Value::Object(data)
     }
-}
-
-fn rounded(value: f64) -> f64 {
-    (1000.0 * value).round() / 1000.0
-}
-
-/// Generations from 1 that are shown of so many: every `stride`-th, and the last.
-fn marks(longest: usize, stride: usize) -> Vec<usize> {
-    let mut marks: Vec<usize> = (1..=longest).step_by(stride).collect();
-    if longest > 0 && marks.last() != Some(&longest) {
-        marks.push(longest);
-    }
-    marks
 }
 
 /// The runs as their champions were judged, the one to use on plants first.
@@ -292,42 +235,7 @@ pub(crate) fn champion(folder: &Path, index: Option<u32>) -> Result<Value, Refus
         Vec::new()
     };
     let plants = if record.is_virtual { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
-    let steered = tracks.first().map(|track| SteeredTrack { track, plants });
-    let figures = figures(&genome, &record.task, steered);
-    let path = |track: &tropism::track::Track| {
-        let points = thinned(track);
-        let every = track.samples.len().div_ceil(120).max(1);
-        let last = track.samples.len().saturating_sub(1);
-        let kept = track.samples.iter().enumerate().filter(|(index, _)| index % every == 0 || *index == last);
-        let lamps: Vec<_> = kept.map(|(_, sample)| sample.light.map(|light| light.to_string())).collect();
-        json!({ "points": points, "lamps": lamps, "fitness": rounded(record.task.fitness(track)) })
-    };
-    Ok(json!({
-        "hidden": genome.hidden(),
-        "links": genome.links().len(),
-        "too_large": report::too_large_to_draw(&genome),
-        "network": figures.0,
-        "decision": figures.1,
-        "paths": tracks.iter().map(path).collect::<Vec<_>>(),
-        "label": plants.sentence(),
-    }))
-}
-
-fn svg(figure: report::Figure) -> Option<Value> {
-    let Body::Svg(svg) = figure.body else { return None };
-    Some(json!({ "svg": svg, "title": figure.title, "caption": figure.caption }))
-}
-
-fn figures(
-    genome: &Genome,
-    task: &Task,
-    steered: Option<SteeredTrack<'_>>,
-) -> (Option<Value>, Option<Value>) {
-    if report::too_large_to_draw(genome).is_some() {
-        return (None, None);
-    }
-    let map = report::decision(genome, &task.targets, steered).ok();
-    (svg(report::network(genome)), map.and_then(svg))
+    Ok(page::champion(&genome, &record.task, &tracks, plants))
 }
 
 #[cfg(test)]
@@ -350,13 +258,5 @@ mod tests {
         // One that is being written.
         std::fs::write(&path, &text[..text.len() - 30]).unwrap();
         assert!(history(&path).is_none());
-    }
-
-    #[test]
-    fn long_curves_are_thinned_and_end_at_their_last_generation() {
-        assert_eq!(marks(0, 1), [0_usize; 0]);
-        assert_eq!(marks(3, 1), [1, 2, 3]);
-        let thin = marks(2000, 2000_usize.div_ceil(POINTS));
-        assert!(thin.len() <= POINTS + 1 && thin.last() == Some(&2000), "{thin:?}");
     }
 }

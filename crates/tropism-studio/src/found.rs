@@ -28,7 +28,7 @@ pub(crate) enum Kind {
     Study,
     Sweep,
     Transfer,
-    Laboratories,
+    Replicates,
     /// A tuned rule, or the search for one: a file of its own.
     Rule,
 }
@@ -40,7 +40,7 @@ impl Kind {
         (Self::Sweep, "sweep.toml"),
         (Self::Evolution, "evolution.toml"),
         (Self::Transfer, "transfer.toml"),
-        (Self::Laboratories, "laboratories.toml"),
+        (Self::Replicates, "replicates.toml"),
         (Self::Run, "run.toml"),
     ];
 

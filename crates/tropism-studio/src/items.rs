@@ -319,12 +319,12 @@ impl Item {
                 total: Some(transfer.total() as u64),
                 ..self
             },
-            StatusResults::Laboratories(laboratories) => {
-                let worlds = &laboratories.worlds;
-                let done = worlds.iter().map(|world| world.controllers_done as u64).sum();
-                let total = worlds.iter().map(|world| world.controllers as u64).sum();
+            StatusResults::Replicates(replicates) => {
+                let scenarios = &replicates.scenarios;
+                let done = scenarios.iter().map(|scenario| scenario.controllers_done as u64).sum();
+                let total = scenarios.iter().map(|scenario| scenario.controllers as u64).sum();
                 Self {
-                    state: work(laboratories.process, laboratories.is_over),
+                    state: work(replicates.process, replicates.is_over),
                     is_virtual: Some(true),
                     text: format!("{done} of {}", plural(total, "controller")),
                     done: Some(done),

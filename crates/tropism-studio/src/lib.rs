@@ -21,7 +21,6 @@ mod tail;
 mod items;
 mod jobs;
 mod run;
-mod drawing;
 mod evolution;
 mod draw;
 mod compare;
@@ -112,7 +111,7 @@ impl Studio {
     }
 }
 
-/// What is told when a studio begins to serve.
+/// What is printed when a studio begins to serve.
 #[derive(Clone, Debug)]
 pub struct Welcome {
     /// Address of the first page.

@@ -17,6 +17,7 @@ use tropism_lab::files::shell_word;
 use tropism_lab::run::speed_of;
 use tropism_lab::status::{self, RunState, RunStatus};
 use tropism_lab::{RunConfig, StepRecord, holder, simulate};
+use tropism_page::thinned;
 
 use crate::error::Refusal;
 use crate::items::state_word;
@@ -161,13 +162,13 @@ impl RunReader {
             steps[rows.len()..].iter().map(|step| row(step, calibration.as_ref()).to_string().into()),
         );
         let same_events = if same > 0 { events_before } else { 0 };
-        let mut told = before.map(|before| known(&before.events, same_events)).unwrap_or_default();
-        told.extend(events[told.len()..].iter().map(|event| event_row(event).to_string().into()));
+        let mut printed = before.map(|before| known(&before.events, same_events)).unwrap_or_default();
+        printed.extend(events[printed.len()..].iter().map(|event| event_row(event).to_string().into()));
         Some(RunView {
             version: before.map_or(1, |before| before.version + 1),
             rows,
             settled,
-            events: told,
+            events: printed,
             status: status_json(folder, config, steps, &status).to_string(),
         })
     }
@@ -178,7 +179,7 @@ fn rounded(value: f64, digits: i32) -> f64 {
     (value * factor).round() / factor
 }
 
-/// Step, hours, tip in cm, length of the stem, lamp, whether it confirmed, whether the tip was held, what the photograph
+/// Step, hours, tip in cm, length of the stem, lamp, whether it confirmed, whether the tip was carried forward, what the photograph
 /// shows, confidence, time, photograph, and the tip in the photograph.
 fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value {
     let seen = step.seen.observation.as_ref();
@@ -192,7 +193,7 @@ fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value {
         number(seen.and_then(|seen| Some(seen.stem.as_ref()?.length())), 2),
         step.decided.map(|light| light.to_string()),
         u8::from(step.is_confirmed),
-        u8::from(seen.is_none_or(|seen| seen.quality == Quality::Held)),
+        u8::from(seen.is_none_or(|seen| seen.quality == Quality::CarriedForward)),
         step.seen.status.name(),
         rounded(step.seen.confidence, 2),
         number(step.begun.map(|begun| begun.unix_s), 0),
@@ -233,8 +234,8 @@ fn status_json(folder: &Path, config: &RunConfig, steps: &[StepRecord], status: 
         "photo_unix": photo_unix,
         "next_unix": next.map(|(photo, period)| rounded(photo + period, 1)),
         "period_s": period_s,
-        "held": status.held,
-        "held_now": status.held_now,
+        "carried_forward": status.carried_forward,
+        "carried_forward_now": status.carried_forward_now,
         "unconfirmed": status.unconfirmed,
         "bytes": status.photographs_bytes,
         // To the gigabyte and the day: they are not news.
@@ -420,21 +421,13 @@ pub(crate) fn prediction(folder: &Path, config: &RunConfig, model: &Path) -> Res
     let tracks = simulate::continued(model, config, &tail.steps, PREDICTED, LOOKS_AHEAD)?;
     let period_min = config.rig.period_min;
     let rows: Vec<Value> = left.iter().map(|target| predicted(target, &tracks, period_min)).collect();
-    let fan: Vec<Vec<[f64; 2]>> = tracks.iter().take(12).map(thinned).collect();
+    let fan: Vec<Vec<[f64; 2]>> = tracks.iter().take(12).map(|track| thinned(track).0).collect();
     Ok(json!({
         "from": <[f64; 2]>::from(tip), "plants": PREDICTED, "targets": rows, "paths": fan,
         "form": is_form.then(|| predicted_form(&config.task, &tracks, period_min)),
         // Nothing holds a stem of a model back.
         "goes_through": !config.task.obstacles.is_empty(),
     }))
-}
-
-/// Quarter-hour points of a track.
-pub(crate) fn thinned(track: &Track) -> Vec<[f64; 2]> {
-    let every = track.samples.len().div_ceil(120).max(1);
-    let last = track.samples.len().saturating_sub(1);
-    let kept = track.samples.iter().enumerate().filter(|(index, _)| index % every == 0 || *index == last);
-    kept.map(|(_, sample)| [rounded(sample.tip.x, 2), rounded(sample.tip.y, 2)]).collect()
 }
 
 /// Hours from the first sample of a track to `step`.

@@ -17,7 +17,7 @@ use tokio::sync::{mpsc, watch};
 const BEAT: Duration = Duration::from_secs(5);
 
 /// A page that takes nothing for so long is let go; it comes back and catches up.
-const PATIENCE: Duration = Duration::from_secs(20);
+const FAULT_POLICY: Duration = Duration::from_secs(20);
 
 /// How long a state is kept up to date that nobody listens to.
 const LINGER: Duration = Duration::from_secs(30);
@@ -61,7 +61,7 @@ pub(crate) fn stream<T: Listened>(
 ) -> Response {
     let (sender, receiver) = mpsc::channel(WAITING);
     tokio::spawn(async move {
-        let send = async |bytes: Bytes| sender.send_timeout(bytes, PATIENCE).await.is_ok();
+        let send = async |bytes: Bytes| sender.send_timeout(bytes, FAULT_POLICY).await.is_ok();
         let mut id = last;
         if !send("retry: 2000\n\n".into()).await {
             return;

@@ -16,7 +16,7 @@ use crate::{Studio, draw, found};
 /// Photographs that are looked at.
 const SAMPLES: usize = 12;
 
-/// Below this confidence a tip is doubtful, as is one that may be hidden; chosen by hand.
+/// Below this confidence a tip is uncertain, as is one that may be hidden; chosen by hand.
 const DOUBTFUL: f64 = 0.5;
 
 /// The settings that the page changes.
@@ -168,7 +168,7 @@ fn seen(source: &Source, settings: &Settings, names: &[String]) -> Result<Vec<Va
         let state = if !is_found {
             "missed"
         } else if may_be_hidden || frame.confidence < DOUBTFUL {
-            "doubtful"
+            "uncertain"
         } else {
             "found"
         };

@@ -16,14 +16,14 @@ pub(crate) fn of_event(kind: &str) -> (&'static str, Option<&'static str>) {
             ("Steps passed without a decision.", Some("Look whether the computer was off or too busy."))
         }
         "camera" => (
-            "The camera gave no photograph; the last sighting was kept.",
+            "The camera gave no photograph; the last detection was kept.",
             Some("If it comes again, look at its cable and network."),
         ),
         "dark" => {
             ("A photograph was dark and was taken again.", Some("If it comes again, look at the flash."))
         }
-        "held" => (
-            "No plant was found in a photograph; the last sighting was kept.",
+        "carried_forward" => (
+            "No plant was found in a photograph; the last detection was kept.",
             Some("If it goes on, look at the photograph: is something before the tip?"),
         ),
         "lost" => (
@@ -65,9 +65,9 @@ pub(crate) fn health(status: &RunStatus) -> String {
         RunState::Paused => return "Waits for you".to_owned(),
         RunState::Running | RunState::Stopped | RunState::Over => {}
     }
-    if status.state == RunState::Running && status.held_now > 0 {
-        let photographs = if status.held_now == 1 { "photograph" } else { "photographs" };
-        return format!("No plant found in the last {} {photographs}", status.held_now);
+    if status.state == RunState::Running && status.carried_forward_now > 0 {
+        let photographs = if status.carried_forward_now == 1 { "photograph" } else { "photographs" };
+        return format!("No plant found in the last {} {photographs}", status.carried_forward_now);
     }
     if status.disk_lasts_days.is_some_and(|days| days < 7.0) && status.state == RunState::Running {
         return "The disk is full within a week".to_owned();

@@ -35,8 +35,8 @@ fn served(change: impl FnOnce(&mut StudioPlan, &Path)) -> Served {
     change(&mut plan, folder.path());
     let (sender, receiver) = mpsc::channel();
     std::thread::spawn(move || {
-        let told = tropism_studio::serve(&plan, |welcome| sender.send(Ok(welcome.clone())).unwrap());
-        if let Err(error) = told {
+        let printed = tropism_studio::serve(&plan, |welcome| sender.send(Ok(welcome.clone())).unwrap());
+        if let Err(error) = printed {
             let _ = sender.send(Err(error.to_string()));
         }
     });

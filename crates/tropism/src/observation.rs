@@ -10,12 +10,12 @@ use crate::math::vector::Vec3;
 
 /// How an observation came about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Quality {
     /// Measured in a photograph.
     Measured,
-    /// The last detected tip, held because no plant was accepted in this photograph. Never enters a model.
-    Held,
+    /// The last detected tip, carried forward because no plant was accepted in this photograph. Never enters a model.
+    CarriedForward,
     /// Computed by a model, or by the virtual bean without a photograph.
     Simulated,
 }
@@ -26,7 +26,7 @@ impl Quality {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Measured => "measured",
-            Self::Held => "held",
+            Self::CarriedForward => "carried_forward",
             Self::Simulated => "simulated",
         }
     }
@@ -42,10 +42,10 @@ impl FromStr for Quality {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Self, String> {
-        [Self::Measured, Self::Held, Self::Simulated]
+        [Self::Measured, Self::CarriedForward, Self::Simulated]
             .into_iter()
             .find(|quality| quality.name() == word)
-            .ok_or_else(|| format!("found quality {word:?}, wanted measured, held or simulated"))
+            .ok_or_else(|| format!("found quality {word:?}, wanted measured, carried_forward or simulated"))
     }
 }
 
@@ -69,7 +69,7 @@ pub struct Observation {
     pub stem: Option<Polyline>,
     /// The third coordinate of tip and stem, where the world knows it.
     pub depth: Option<Depth>,
-    /// Whether it was measured, held or simulated.
+    /// Whether it was measured, carried_forward or simulated.
     pub quality: Quality,
 }
 

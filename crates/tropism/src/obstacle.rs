@@ -77,7 +77,7 @@ pub enum Solid {
     Pole(Pole),
 }
 
-/// The keys of all kinds, so that a wrong one is told by name.
+/// The keys of all kinds, so that a wrong one is reported by name.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keys {

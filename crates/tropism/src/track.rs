@@ -302,12 +302,13 @@ impl Track {
 
     /// Pairs of samples one step apart, with the light that was lit between them.
     ///
-    /// Left out are pairs with a gap between them, pairs in the dark, and pairs of which either tip was held: a held
+    /// Left out are pairs with a gap between them, pairs in the dark, and pairs of which either tip was carried forward: a held
     /// value is no measurement.
     pub fn shifts(&self) -> impl Iterator<Item = (Point, Point, Light)> {
         self.samples.windows(2).filter_map(|pair| {
             let (before, after) = (&pair[0], &pair[1]);
-            let is_measured = before.quality != Quality::Held && after.quality != Quality::Held;
+            let is_measured =
+                before.quality != Quality::CarriedForward && after.quality != Quality::CarriedForward;
             let is_next = after.step == before.step.wrapping_add(1);
             before.light.filter(|_| is_measured && is_next).map(|light| (before.tip, after.tip, light))
         })
@@ -468,7 +469,8 @@ impl Track {
                 quality: match quality {
                     None => Quality::Measured,
                     Some(at) => {
-                        let refusal = |_| refused("quality", &record[at], "measured, held or simulated");
+                        let refusal =
+                            |_| refused("quality", &record[at], "measured, carried_forward or simulated");
                         record[at].parse().map_err(refusal)?
                     }
                 },
@@ -537,7 +539,7 @@ mod tests {
                 stem: None,
                 depth: None,
                 light: [Some(Light::LEFT), Some(Light::RIGHT), None][light],
-                quality: [Quality::Measured, Quality::Held, Quality::Simulated][quality],
+                quality: [Quality::Measured, Quality::CarriedForward, Quality::Simulated][quality],
             });
             Track::of(samples.collect())
         })
@@ -627,8 +629,8 @@ mod tests {
     }
 
     #[test]
-    fn held_tips_gaps_and_darkness_give_no_shift() {
-        let text = "step,tip_x_cm,tip_y_cm,light,quality\n0,0,4,left,measured\n1,0,4,left,held\n2,0,4,dark,measured\n\
+    fn tips_carried_forward_gaps_and_darkness_give_no_shift() {
+        let text = "step,tip_x_cm,tip_y_cm,light,quality\n0,0,4,left,measured\n1,0,4,left,carried_forward\n2,0,4,dark,measured\n\
                     3,0,4,right,measured\n5,0,4,right,measured\n6,0,4,dark,measured\n";
         let track = Track::read_csv(text.as_bytes()).unwrap();
         assert_eq!(track.shifts().count(), 1);

@@ -536,14 +536,14 @@ fn a_tracker_holds_the_last_tip_and_gives_a_status() {
         for (fault, status) in &faults {
             let seen = tracker.observe(&Frame::new(fault.clone()));
             let held = seen.observation.unwrap();
-            assert_eq!((seen.tip_px, seen.status, held.quality), (None, *status, Quality::Held));
+            assert_eq!((seen.tip_px, seen.status, held.quality), (None, *status, Quality::CarriedForward));
             assert_eq!((held.tip, &held.stem), (observation.tip, &observation.stem));
         }
     }
 }
 
 #[test]
-fn a_plant_that_another_touches_is_doubted() {
+fn a_plant_that_another_touches_gives_a_warning() {
     let drawing = |base: f64, tip: f64| Drawing {
         base: Pixel::new(base, 150.0),
         tip: Pixel::new(tip, 70.0),
@@ -611,7 +611,7 @@ fn a_tracker_gives_ten_vertices_and_resumes() {
     resumed.resume(&photo(vec![0xff, 0xd8]), &seen);
     let again = resumed.observe(&Frame::new(photo(vec![0xff, 0xd8])));
     let held = again.observation.unwrap();
-    assert_eq!((held.tip, held.quality), (last, Quality::Held));
+    assert_eq!((held.tip, held.quality), (last, Quality::CarriedForward));
     assert_eq!(again.status, FrameStatus::Repeated);
 }
 
@@ -997,13 +997,16 @@ fn a_tracker_among_poles_resumes() {
 #[test]
 fn poles_want_the_distance_of_the_camera() {
     let pole = Pole { at: [1.5, 0.0], radius_cm: 0.4, height_cm: 30.0 };
-    let told = VisionConfig { poles: vec![pole], camera_cm: Some(74.0), ..VisionConfig::default() };
-    assert_eq!(told.check(64, 48), Ok(()));
+    let printed = VisionConfig { poles: vec![pole], camera_cm: Some(74.0), ..VisionConfig::default() };
+    assert_eq!(printed.check(64, 48), Ok(()));
     for (wrong, problem) in [
-        (VisionConfig { camera_cm: None, ..told.clone() }, "camera_cm"),
-        (VisionConfig { camera_cm: Some(0.2), ..told.clone() }, "camera_cm"),
-        (VisionConfig { mode: Mode::Paper, ..told.clone() }, "mode"),
-        (VisionConfig { poles: vec![pole, Pole { radius_cm: -1.0, ..pole }], ..told }, "poles[1].radius_cm"),
+        (VisionConfig { camera_cm: None, ..printed.clone() }, "camera_cm"),
+        (VisionConfig { camera_cm: Some(0.2), ..printed.clone() }, "camera_cm"),
+        (VisionConfig { mode: Mode::Paper, ..printed.clone() }, "mode"),
+        (
+            VisionConfig { poles: vec![pole, Pole { radius_cm: -1.0, ..pole }], ..printed },
+            "poles[1].radius_cm",
+        ),
     ] {
         let error = wrong.check(64, 48).unwrap_err().to_string();
         assert!(error.contains(problem), "{error}");

@@ -33,7 +33,7 @@ pub(crate) struct Score {
     stems: Vec<f64>,
     /// Greatest distance of a vertex from the true vertex of the same number, in mm.
     vertices: Vec<f64>,
-    /// Errors of held tips, in mm.
+    /// Errors of tips carried forward, in mm.
     helds: Vec<f64>,
     /// Frames in a row without a measurement: at present, and at most.
     gap: usize,

@@ -65,8 +65,8 @@ pub(crate) struct Evolve {
     #[arg(long, value_name = "N")]
     episodes: Option<u32>,
 
-    /// First population: random networks (the default), or one that steers as chase does and mutants of it. The latter needs
-    /// the sensor to_target in a file of settings; the champion is then never worse than chase where champions are compared
+    /// First population: random networks (the default), or one that steers as the greedy controller does and mutants of it. The latter needs
+    /// the sensor to_target in a file of settings; the champion is then never worse than greedy where champions are compared
     #[arg(long, value_enum)]
     start: Option<StartOption>,
 
@@ -212,7 +212,7 @@ fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
     )
 }
 
-/// Share of steps without data from which the fitness in the model is doubtful; chosen by hand.
+/// Share of steps without data from which the fitness in the model is uncertain; chosen by hand.
 const DOUBTFUL_SHARE: f64 = 0.1;
 
 /// A line of warning if the champion steers plants to where the model has no data.
@@ -221,7 +221,7 @@ fn warning(chosen: &EvolutionRunSummary) -> String {
         return String::new();
     }
     let percent = 100.0 * chosen.without_data;
-    format!("\nbut in {percent:.0} % of its steps the model has no data: these fitness values are doubtful")
+    format!("\nbut in {percent:.0} % of its steps the model has no data: these fitness values are uncertain")
 }
 
 /// Prints each generation as a line of JSON, beside the progress.

@@ -22,9 +22,9 @@ use crate::shell::Shell;
 #[command(after_help = "Examples:\n  \
     tropism forecast --models model.json stem.json --out forecast\n  \
     tropism forecast --models stem.json --tracks left-out --horizons 5,30,60,120\n  \
-    tropism forecast --models lab-1/stem.json lab-2/stem.json    one row, its interval over both laboratories")]
+    tropism forecast --models lab-1/stem.json lab-2/stem.json    one row, its interval over both replicates")]
 pub(crate) struct Forecast {
-    /// Model files of `tropism fit`; those of one file name are one model of several laboratories
+    /// Model files of `tropism fit`; those of one file name are one model of several replicates
     #[arg(long, required = true, num_args = 1.., value_name = "model.json")]
     models: Vec<PathBuf>,
 
@@ -104,7 +104,7 @@ fn text(plan: &ForecastPlan, results: &ForecastResults) -> String {
         text += &table(&format!("stem{place} (cm)"), light, results, |row| light.models[row].stem.as_ref());
         text += "\n";
     }
-    text += "error with its 95 % interval over plants and laboratories; then the share of the plant within the 90 % interval";
+    text += "error with its 95 % interval over plants and replicates; then the share of the plant within the 90 % interval";
     if let Some(out) = &plan.out {
         text += &format!("\nwrote {0}/forecast.json and {0}/figure-forecast.svg", out.display());
     }

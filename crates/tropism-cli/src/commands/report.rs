@@ -22,7 +22,7 @@ use crate::shell::Shell;
     after_help = "Examples:\n  tropism report tropism-study --out report.html\n  tropism report tent/* --out report.html\n  tropism report track.csv --out report.html\n  tropism report evolution-a evolution-b --out comparison.html --figures figures\n  tropism report sweep --out comparison.html"
 )]
 pub(crate) struct Report {
-    /// Folders of runs, evolutions, studies, transfers, laboratories or a sweep, and tracks of photographs
+    /// Folders of runs, evolutions, studies, transfers, replicates or a sweep, and tracks of photographs
     #[arg(required = true, value_name = "DIR|TRACK.csv")]
     sources: Vec<PathBuf>,
 

@@ -37,7 +37,7 @@ pub(crate) struct Run {
     #[arg(long, value_name = "greenhouse|RIG.toml")]
     rig: Option<PathBuf>,
 
-    /// periodic[:6h], chase, or the file of an evolved network, a tuned rule, a planner, or a model to plan on; that of the run in DIR by default
+    /// periodic[:6h], greedy, or the file of an evolved network, a tuned rule, a planner, or a model to plan on; that of the run in DIR by default
     #[arg(long, value_name = "CONTROLLER")]
     controller: Option<ControllerName>,
 
@@ -176,7 +176,7 @@ fn text(plan: &RunPlan, results: &RunResults) -> String {
     let mut text = format!(
         "{} of a {kind}{missed}, {} without it; tip at {:.1}, {:.1} cm\n",
         plural(results.steps, "step"),
-        plural(results.held, "photograph"),
+        plural(results.carried_forward, "photograph"),
         last.x,
         last.y
     );

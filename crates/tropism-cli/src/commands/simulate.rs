@@ -24,13 +24,13 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "model.json")]
     model: PathBuf,
 
-    /// periodic[:6h], chase, or the file of an evolved network, a tuned rule, a planner, or a model to plan on
+    /// periodic[:6h], greedy, or the file of an evolved network, a tuned rule, a planner, or a model to plan on
     #[arg(long, value_name = "CONTROLLER")]
     controller: ControllerName,
 
     /// Number of plants, each with its own random growth
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
-    episodes: u32,
+    #[arg(long, alias = "episodes", default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    plants: u32,
 
     /// File to write the track of the first plant to
     #[arg(long, value_name = "track.csv")]
@@ -54,7 +54,7 @@ impl Simulate {
             task: task_of_champion(&controller, &self.task, shell)?,
             model: self.model,
             controller,
-            episodes: self.episodes,
+            episodes: self.plants,
             seed: self.seed.seed,
             out: self.out,
             replace: self.force,

@@ -36,6 +36,10 @@ pub(crate) struct Studio {
     #[arg(long, value_name = "ADDRESS:PORT", default_value = LISTEN, value_parser = parse_address)]
     listen: SocketAddr,
 
+    /// Port to serve on, on this computer alone
+    #[arg(long, value_name = "PORT", conflicts_with = "listen")]
+    port: Option<u16>,
+
     /// Certificate with which the page is encrypted, in PEM, with those between it and its root
     #[cfg(feature = "tls")]
     #[arg(long, value_name = "CERTIFICATE.pem", requires = "tls_key")]
@@ -92,7 +96,7 @@ impl Studio {
         }
         let plan = StudioPlan {
             folder: (!self.demo).then_some(self.folder),
-            listen: self.listen,
+            listen: self.port.map_or(self.listen, |port| (std::net::Ipv4Addr::LOCALHOST, port).into()),
             hosts: self.host,
             ask_token: self.ask_token,
             read_only: self.read_only,

@@ -40,7 +40,7 @@ pub(crate) struct Timelapse {
     fps: u16,
 
     /// Take each Nth photograph; so many that the film has at most 300 pictures by default
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, alias = "stride", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     every: Option<u32>,
 
     /// Show a part of the photographs: `plant`, where the tip went, with targets and root, or X,Y,W,H in pixels

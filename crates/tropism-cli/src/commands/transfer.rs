@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism_lab::transfer::{JUDGING_PLANTS, TransferPlan, TransferResults, read_controllers};
+use tropism_lab::transfer::{TEST_PLANTS, TransferPlan, TransferResults, read_controllers};
 use tropism_lab::units::plural;
 
 use crate::controller::{ControllerName, conditions_of, note_other_task};
@@ -20,16 +20,16 @@ use crate::shell::Shell;
 /// report.html. Ctrl-C saves; --resume continues with the same results as without an interruption.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
-    tropism transfer --controllers chase periodic:6h --out transfer\n  \
-    tropism transfer --controllers evolution chase --model model.json --ceiling --out transfer\n  \
+    tropism transfer --controllers greedy periodic:6h --out transfer\n  \
+    tropism transfer --controllers evolution greedy --model model.json --optimum --out transfer\n  \
     tropism transfer --out transfer --resume")]
 pub(crate) struct Transfer {
-    /// periodic[:6h], chase, files of champions, rules, planners or models to plan on, or folders of champions
-    #[arg(long, required_unless_present = "resume", num_args = 1.., value_name = "FILE|DIR|chase|periodic:6h")]
+    /// periodic[:6h], greedy, files of champions, rules, planners or models to plan on, or folders of champions
+    #[arg(long, required_unless_present = "resume", num_args = 1.., value_name = "FILE|DIR|greedy|periodic:6h")]
     controllers: Vec<ControllerName>,
 
     /// Number of virtual plants; none of them is a plant of another command, whatever the seed
-    #[arg(long, default_value_t = JUDGING_PLANTS, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, default_value_t = TEST_PLANTS, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     plants: u32,
 
     /// Seeds of the plants, from A to the one before B, instead of --plants
@@ -48,13 +48,13 @@ pub(crate) struct Transfer {
     #[arg(long)]
     photographs: bool,
 
-    /// Search the best schedule of lamps for each plant, all its noise known: a lower bound of what is possible
+    /// Search the best schedule of lamps for each plant, all its noise known: a lower reference of what is possible
     #[arg(long)]
-    ceiling: bool,
+    optimum: bool,
 
     /// Controller that stands for what a rule without knowledge of the future can reach; others are shown as shares of it
     #[arg(long, value_name = "NAME")]
-    bound: Option<String>,
+    reference: Option<String>,
 
     /// Model on which the controllers were made, to tell misses where it has no data
     #[arg(long, value_name = "model.json")]
@@ -83,8 +83,8 @@ impl Transfer {
         if self.controllers.is_empty() {
             let found = TransferPlan::of_folder(&self.out).map_err(for_user)?;
             let plan = TransferPlan {
-                ceiling: self.ceiling || found.ceiling,
-                bound: self.bound.or(found.bound),
+                optimum: self.optimum || found.optimum,
+                reference: self.reference.or(found.reference),
                 model: self.model.or(found.model),
                 ..found
             };
@@ -106,8 +106,8 @@ impl Transfer {
             period_min: conditions.period_min,
             photographs: self.photographs,
             model: self.model,
-            ceiling: self.ceiling,
-            bound: self.bound,
+            optimum: self.optimum,
+            reference: self.reference,
             seed: self.seed.seed,
             resume: self.resume,
             out: self.out,
@@ -204,12 +204,12 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
             one.name, seen.mean
         );
     }
-    if let Some(ceiling) = results.mean_ceiling {
-        let done = results.ceiling_done.map_or_else(String::new, |done| {
+    if let Some(optimum) = results.mean_optimum {
+        let done = results.optimum_done.map_or_else(String::new, |done| {
             let [low, high] = done.interval.map(|share| 100.0 * share);
             format!("; the whole task on {:.0} % of the plants ({low:.0} to {high:.0} %)", 100.0 * done.share)
         });
-        text += &format!("best schedules found with all noise known: {ceiling:.2} on average{done}\n");
+        text += &format!("best schedules found with all noise known: {optimum:.2} on average{done}\n");
     }
     text += if !has_way {
         "mean: turns of the stem round the pole\n"

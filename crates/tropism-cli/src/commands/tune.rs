@@ -1,4 +1,4 @@
-//! `tropism tune`: a rule of nine numbers for a model.
+//! `tropism tune`: a rule with nine parameters for a model.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -16,13 +16,13 @@ use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
 use crate::progress::{check_outputs, execute_and_print, for_user};
 use crate::shell::Shell;
 
-/// Tune a rule on a model: chase with foresight, nine numbers
+/// Tune a rule on a model: greedy with foresight, nine parameters
 ///
-/// The rule lights the lamp towards the next target, as chase does, but by where the tip is expected, and with an aim that
+/// The rule lights the lamp towards the next target, as greedy does, but by where the tip is expected, and with an aim that
 /// may lie beyond the target or towards the one after it. An evolution strategy (CMA-ES) searches the numbers on simulated
 /// plants. In a task with obstacles six more numbers keep the stem clear of them. The model of the stem, `tropism fit --model
 /// stem`, is made for this: its plants answer late, as beans do, and differ from each other. Ctrl-C saves; --resume continues
-/// to the same rule, and `tropism status rule.json` tells how far the search is.
+/// to the same rule, and `tropism status rule.json` shows how far the search is.
 #[derive(Args)]
 #[command(after_help = "Example, from six tracks to a steered plant:\n  \
     tropism grow --plants 6 --out open-loop\n  \
@@ -118,7 +118,7 @@ impl Tune {
 }
 
 fn text(plan: &TunePlan, results: &TuneResults) -> String {
-    let TuneResults { in_model, chase, .. } = results;
+    let TuneResults { in_model, greedy, .. } = results;
     let mut text = String::new();
     let avoidance = results.rule.avoidance.iter().flat_map(Avoidance::named);
     for (name, value) in results.rule.named().into_iter().chain(avoidance) {
@@ -133,13 +133,13 @@ fn text(plan: &TunePlan, results: &TuneResults) -> String {
         .map_or_else(String::new, |reason| format!("expected on unseen plants: withheld, for {reason}\n"));
     let _ = write!(
         text,
-        "{} (sd {:.2}) on {} unseen plants{of}; chase {:.2} (sd {:.2}); {:.1} s of processor time\n\
+        "{} (sd {:.2}) on {} unseen plants{of}; greedy {:.2} (sd {:.2}); {:.1} s of processor time\n\
          {withheld}wrote {out}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
         plan.task.fitness_in_words(in_model.mean),
         in_model.sd,
         in_model.plants,
-        chase.mean,
-        chase.sd,
+        greedy.mean,
+        greedy.sd,
         results.cpu_seconds,
         of = if plan.beans.is_some() { "" } else { " of the model" },
         out = results.out.display(),

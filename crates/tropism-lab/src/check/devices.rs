@@ -59,7 +59,7 @@ impl Drop for Devices<'_> {
 }
 
 impl<'m> Devices<'m> {
-    /// Opens the devices of `rig`; a finding tells of each that cannot be opened. `None` if photographs could not be judged.
+    /// Opens the devices of `rig`; a finding names each that cannot be opened. `None` if photographs could not be judged.
     pub(super) fn open(
         rig: &RigFile,
         kept: Option<PathBuf>,

@@ -182,7 +182,9 @@ pub(super) fn judge_lamp(
     if gain < NOISE {
         findings.warn(
             Group::Lamps,
-            format!("{name}: did what it was told, and the photograph does not show it ({gain:+.1} levels)"),
+            format!(
+                "{name}: did what it was printed, and the photograph does not show it ({gain:+.1} levels)"
+            ),
             "look whether it lights; if it does, these photographs are too short to show it",
         );
         return None;

@@ -153,7 +153,7 @@ impl Scratch<'_> {
         if !rig.is_virtual() {
             rig.period_min = PERIOD_MIN;
             // Each step begins when the one before is over: none is too late.
-            rig.patience = Some(FaultPolicy { late_s: f64::INFINITY, ..rig.patience() });
+            rig.fault_policy = Some(FaultPolicy { late_s: f64::INFINITY, ..rig.fault_policy() });
         }
         // A rehearsal leaves no lamp lit.
         rig.lamps.iter_mut().for_each(|lamps| lamps.on_exit = OnExit::Dark);

@@ -7,7 +7,8 @@ use tropism::evolve::EvolutionConfig;
 use tropism::task::Task;
 
 use super::{EvolvePlan, TRIAL_PLANTS};
-use crate::{Error, Workflow, files};
+use crate::files::{self, FileError};
+use crate::{Error, Workflow};
 
 /// The settings of an evolution, without its model and its folder: the content of `studies/evolution.toml`. What is left out
 /// is the paper's. The `evolution.toml` of another evolution can be read, too.
@@ -57,7 +58,13 @@ impl EvolveConfig {
     /// # Errors
     /// [`Error`] names the file, the key, what was found and what was wanted.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let config: Self = files::read_toml(path)?;
+        let config: Self = files::read_toml(path).map_err(|error| match error {
+            FileError::Content { path, problem } if problem.contains("unknown field `neat`") => {
+                let mend = "NEAT's parameters belong in [evolution.neat]";
+                FileError::Content { path, problem: format!("{problem}: {mend}") }
+            }
+            error => error,
+        })?;
         config.clone().plan().check().map_err(Error::at(path.display()))?;
         Ok(config)
     }

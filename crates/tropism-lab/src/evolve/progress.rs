@@ -10,7 +10,7 @@ use crate::Monitor;
 /// Shortest time between two status lines; chosen by hand, faster than anybody reads.
 const REFRESH: Duration = Duration::from_millis(100);
 
-/// Collects the latest generation of each run, and tells the monitor of them.
+/// Collects the latest generation of each run, and reports to the monitor of them.
 pub(super) struct EvolutionMonitor {
     latest: Vec<Option<Generation>>,
     /// Unit of the fitness.

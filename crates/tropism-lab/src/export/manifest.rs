@@ -52,7 +52,7 @@ struct Manifest<'a> {
     controller: String,
     is_over: bool,
     steps: usize,
-    held: usize,
+    carried_forward: usize,
     /// What the columns of `track.csv` mean.
     columns: BTreeMap<&'static str, &'static str>,
     events: usize,
@@ -72,8 +72,8 @@ impl Contents<'_> {
         files: &[Written],
         left_out: &[LeftOut],
     ) -> Result<String, Error> {
-        let is_held = |step: &&StepRecord| {
-            step.seen.observation.as_ref().is_none_or(|seen| seen.quality == Quality::Held)
+        let is_carried_forward = |step: &&StepRecord| {
+            step.seen.observation.as_ref().is_none_or(|seen| seen.quality == Quality::CarriedForward)
         };
         let manifest = Manifest {
             schema: SCHEMA,
@@ -84,7 +84,7 @@ impl Contents<'_> {
             controller: self.config.controller_description(),
             is_over: self.is_over,
             steps: self.steps.len(),
-            held: self.steps.iter().filter(is_held).count(),
+            carried_forward: self.steps.iter().filter(is_carried_forward).count(),
             columns: BTreeMap::from(TRACK_COLUMNS),
             events: self.events.len(),
             event_columns: BTreeMap::from(EVENT_COLUMNS),

@@ -1,4 +1,4 @@
-//! Which files of a folder are photographs, and what becomes of the others.
+//! Which files of a folder are photographs, what becomes of the others, and what films and files of several pages hold.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -7,10 +7,14 @@ use std::path::{Path, PathBuf};
 use tropism::photo;
 use tropism::text::plural;
 
-use super::{FileError, disk};
+use super::{FileError, disk, film, pages};
 
 /// Extensions of the photographs that are read.
 const PHOTOGRAPHS: [&str; 5] = ["jpg", "jpeg", "png", "tif", "tiff"];
+
+/// Extensions of films, which ffmpeg reads picture by picture.
+const FILMS: [&str; 12] =
+    ["mp4", "mov", "avi", "mkv", "webm", "m4v", "mpg", "mpeg", "mts", "gif", "mjpeg", "mjpg"];
 
 /// Folders inside folders that are searched; chosen by hand, against links that lead in circles.
 const MAX_DEPTH: usize = 8;
@@ -19,22 +23,54 @@ const MAX_DEPTH: usize = 8;
 const NAMED: usize = 3;
 
 /// Photographs, and what was found beside them.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Debug, Default)]
 pub struct PhotographList {
-    /// The photographs, in natural order in each folder.
+    /// The photographs, in natural order in each folder. A page of a file is the file's path with `#` and its number.
     pub files: Vec<PathBuf>,
-    /// Sentences on what was left out, and how to convert it, and on folders inside folders.
+    /// Sentences on what was left out, and how to convert it, and on folders inside folders, films and pages.
     pub notes: Vec<String>,
+    /// Folders of the pictures of films, which go with the list.
+    films: Vec<tempfile::TempDir>,
 }
 
 /// Lists the photographs that `paths` name: files as they are, and of a folder all JPEG, PNG and TIFF files in it, in natural
 /// order: `frame9.jpg` stands before `frame10.jpg`. A folder without photographs of its own stands for the folders in it.
 ///
+/// The pages of a TIFF file are photographs, and so are the pictures of a film, if it is named or nothing else is in its folder.
 /// Files whose names begin with a dot are passed over in silence.
 ///
 /// # Errors
-/// [`FileError`] if a path does not exist or a folder holds no photograph; it says how to convert what is there.
+/// [`FileError`] if a path does not exist, a folder holds no photograph, or a film cannot be read; it says how to convert what
+/// is there.
 pub fn list_photographs(paths: &[PathBuf]) -> Result<PhotographList, FileError> {
+    let mut list = list_files(paths)?;
+    for file in std::mem::take(&mut list.files) {
+        let extension = extension_of(&file);
+        if FILMS.contains(&extension.as_str()) {
+            let (folder, pictures) = film::pictures(&file)?;
+            list.notes.push(format!(
+                "{}: a film, read with ffmpeg picture by picture: {}",
+                file.display(),
+                plural(pictures.len(), "picture")
+            ));
+            list.films.push(folder);
+            list.files.extend(pictures);
+            continue;
+        }
+        // A damaged file is one photograph, and its error comes when it is decoded.
+        let count = if extension.starts_with("tif") { pages::count(&file).unwrap_or(1) } else { 1 };
+        if count > 1 {
+            list.notes.push(format!("{}: {count} pages, each a photograph", file.display()));
+            list.files.extend((0..count).map(|page| pages::path(&file, page)));
+        } else {
+            list.files.push(file);
+        }
+    }
+    Ok(list)
+}
+
+/// Lists the files that hold photographs: pages and pictures of films are not counted.
+pub(super) fn list_files(paths: &[PathBuf]) -> Result<PhotographList, FileError> {
     let mut list = PhotographList::default();
     for path in paths {
         if !path.is_dir() {
@@ -42,7 +78,12 @@ pub fn list_photographs(paths: &[PathBuf]) -> Result<PhotographList, FileError> 
             list.files.push(path.clone());
             continue;
         }
-        let found = Folder::read(path, MAX_DEPTH)?;
+        let mut found = Folder::read(path, MAX_DEPTH)?;
+        if found.photographs.is_empty() {
+            let films = FILMS.iter().filter_map(|film| found.others.remove(*film)).flatten();
+            found.photographs = films.map(|name| path.join(name)).collect();
+            sort(&mut found.photographs);
+        }
         let notes = found.notes();
         if found.photographs.is_empty() {
             let beside = if notes.is_empty() { String::new() } else { format!("; {}", notes.join("; ")) };
@@ -55,6 +96,11 @@ pub fn list_photographs(paths: &[PathBuf]) -> Result<PhotographList, FileError> 
         list.files.extend(found.photographs);
     }
     Ok(list)
+}
+
+/// The extension of a file in lower case.
+fn extension_of(path: &Path) -> String {
+    path.extension().map_or_else(String::new, |found| found.to_string_lossy().to_lowercase())
 }
 
 /// The files below a folder.
@@ -79,8 +125,7 @@ impl Folder {
             if name.starts_with('.') {
                 continue;
             }
-            let extension =
-                entry.extension().map_or_else(String::new, |found| found.to_string_lossy().to_lowercase());
+            let extension = extension_of(&entry);
             if entry.is_dir() {
                 inside.push(entry);
             } else if PHOTOGRAPHS.contains(&extension.as_str()) {
@@ -146,9 +191,8 @@ fn conversion(extension: &str) -> Option<String> {
         "heic" | "heif" | "avif" | "webp" | "bmp" | "jp2" => {
             Some(format!("`magick mogrify -format jpg *.{extension}` converts them (ImageMagick)"))
         }
-        "mp4" | "mov" | "avi" | "mkv" | "webm" | "m4v" | "mpg" | "mpeg" | "mts" | "gif" => Some(
-            "a film: `ffmpeg -i FILM -vf fps=1 frames/%06d.png` takes a picture of each second of it; then \
-             give the time between two pictures as `period_min`"
+        film if FILMS.contains(&film) => Some(
+            "a film: name it in place of the folder, and it is read picture by picture (with ffmpeg)"
                 .to_owned(),
         ),
         "cr2" | "cr3" | "nef" | "arw" | "dng" | "raf" | "orf" | "rw2" => Some(format!(
@@ -215,7 +259,7 @@ mod tests {
         assert_eq!(found, ["9.jpg", "10.JPG", "b.tif"]);
         for wanted in [
             "1 .heic (c.heic): `magick mogrify -format jpg *.heic`",
-            "1 .mp4 (d.MP4): a film: `ffmpeg -i",
+            "1 .mp4 (d.MP4): a film: name it",
             "1 .txt (notes.txt)",
             "1 file (Makefile)",
             "left out the folder old with 1 photograph",
@@ -234,11 +278,14 @@ mod tests {
 
     #[test]
     fn a_folder_without_photographs_says_how_to_get_them() {
-        let error = list(&["a.mov", "b.mov"]).unwrap_err();
+        let error = list(&["a.webp", "b.webp"]).unwrap_err();
         assert!(
-            error.contains("wanted photographs") && error.contains("2 .mov") && error.contains("ffmpeg"),
+            error.contains("wanted photographs") && error.contains("2 .webp") && error.contains("magick"),
             "{error}"
         );
+        // Read with ffmpeg, or refused with where to find it.
+        let error = list(&["a.mov", "b.mov"]).unwrap_err();
+        assert!(error.contains("a.mov") && error.contains("ffmpeg"), "{error}");
         assert!(list(&[]).unwrap_err().ends_with("wanted photographs"));
     }
 }

@@ -127,7 +127,7 @@ pub(super) fn steps_of(minutes: f64, period_min: f64) -> usize {
     ((minutes / period_min).round() as usize).max(1)
 }
 
-/// The plants of tracks that were measured. Steps that are missing in a track are held.
+/// The plants of tracks that were measured. Steps that are missing in a track are carried forward.
 pub(super) fn measured(paths: &[PathBuf]) -> Result<Vec<LeftOut>, Error> {
     let read = |path: &PathBuf| {
         let track = files::read_track(path)?;
@@ -140,7 +140,7 @@ pub(super) fn measured(paths: &[PathBuf]) -> Result<Vec<LeftOut>, Error> {
 fn of_measured(name: String, track: Track, is_virtual: bool) -> LeftOut {
     let samples = without_gaps(track.samples.iter().cloned());
     let truth = samples.iter().map(|sample| {
-        let is_measured = sample.quality != Quality::Held;
+        let is_measured = sample.quality != Quality::CarriedForward;
         is_measured.then(|| sample.observation())
     });
     LeftOut { name, is_virtual, truth: truth.collect(), observed: Track { samples, ..track } }

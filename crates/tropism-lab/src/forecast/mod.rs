@@ -20,14 +20,14 @@ use tropism_report::{self as report, ForecastErrors, ForecastPanel, Plants};
 use self::left_out::{LeftOut, View, grown, measured};
 use self::score::{PlantScore, score, score_still};
 use crate::model::{self, Model};
-use crate::statistics::{Bootstrap, interval_over_laboratories};
+use crate::statistics::{Bootstrap, interval_over_replicates};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Compares models by their forecasts of plants that were left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ForecastPlan {
-    /// Model files. Those of one file name are one model of several laboratories.
+    /// Model files. Those of one file name are one model of several replicates.
     pub models: Vec<PathBuf>,
     /// Tracks of plants that were left out: track files (CSV), and folders of runs or of track files. Without any, virtual
     /// beans are grown, under two kinds of light.
@@ -109,7 +109,7 @@ pub struct ModelForecasts {
     /// Its name: the file without its extension, or `standing still`.
     pub name: String,
     /// Number of models of this name.
-    pub laboratories: usize,
+    pub replicates: usize,
     /// Of the tip, at each horizon.
     pub tip: Vec<ForecastError>,
     /// Of the ten points of the stem, at each horizon; `None` for a model of the tip.
@@ -119,9 +119,9 @@ pub struct ModelForecasts {
 /// The error of forecasts at one horizon.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ForecastError {
-    /// Distance from the mean forecast to the truth, in cm: mean over starts, then over plants and laboratories.
+    /// Distance from the mean forecast to the truth, in cm: mean over starts, then over plants and replicates.
     pub mean_cm: f64,
-    /// 95 % interval of that mean, by bootstrap over plants and laboratories.
+    /// 95 % interval of that mean, by bootstrap over plants and replicates.
     pub interval_cm: [f64; 2],
     /// Standard deviation over the plants, in cm.
     pub sd_cm: f64,
@@ -243,8 +243,8 @@ impl ForecastPlan {
         let still =
             judging.iter().map(|(_, plant, starts)| score_still(plant, starts, &self.horizons_min, view));
         let mut models = vec![self.row("standing still", &[still.collect()])];
-        for (name, laboratories) in groups {
-            let of_laboratory = |model: &Model| -> Result<Vec<PlantScore>, Error> {
+        for (name, replicates) in groups {
+            let of_replicate = |model: &Model| -> Result<Vec<PlantScore>, Error> {
                 let of_plant = |(number, plant, starts): &(u32, &LeftOut, &Vec<usize>)| {
                     if !monitor.may_go_on() {
                         return Err(Error::cancelled());
@@ -255,13 +255,13 @@ impl ForecastPlan {
                 };
                 parallel::try_map(judging.len(), |number| of_plant(&judging[number]))
             };
-            let scores = laboratories.iter().map(of_laboratory).collect::<Result<Vec<_>, _>>()?;
+            let scores = replicates.iter().map(of_replicate).collect::<Result<Vec<_>, _>>()?;
             models.push(self.row(name, &scores));
         }
         Ok(LightForecasts { light, plants: judging.len(), starts: starts.iter().map(Vec::len).sum(), models })
     }
 
-    /// The row of a model, from the scores of each laboratory on each plant.
+    /// The row of a model, from the scores of each replicate on each plant.
     fn row(&self, name: &str, scores: &[Vec<PlantScore>]) -> ModelForecasts {
         let errors = |of: &dyn Fn(&PlantScore) -> Option<Vec<score::Miss>>| -> Option<Vec<ForecastError>> {
             let misses: Vec<Vec<Vec<score::Miss>>> =
@@ -270,7 +270,7 @@ impl ForecastPlan {
         };
         ModelForecasts {
             name: name.to_owned(),
-            laboratories: scores.len(),
+            replicates: scores.len(),
             tip: errors(&|plant| Some(plant.tip.clone())).unwrap_or_default(),
             stem: errors(&|plant| plant.stem.clone()),
         }
@@ -283,10 +283,10 @@ impl ForecastPlan {
         let distances = values(|miss| miss.distance_cm);
         let plants = distances[0].len();
         let of_plants: Vec<f64> =
-            (0..plants).map(|plant| mean(distances.iter().map(|laboratory| laboratory[plant]))).collect();
+            (0..plants).map(|plant| mean(distances.iter().map(|replicate| replicate[plant]))).collect();
         let interval_cm = match distances.as_slice() {
             [one] => Bootstrap::new(self.seed, plants).interval_of_mean(one),
-            many => interval_over_laboratories(many, self.seed),
+            many => interval_over_replicates(many, self.seed),
         };
         let is_forecast = misses[0][0][horizon].within_90.is_some();
         let within = values(|miss| miss.within_90.unwrap_or_default());

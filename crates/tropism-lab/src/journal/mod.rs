@@ -298,7 +298,7 @@ impl Journal {
         self.write("saw", &step.values())
     }
 
-    /// Records the decision of a step, before the lamps are told.
+    /// Records the decision of a step, before the lamps are switched.
     ///
     /// # Errors
     /// [`JournalError::Sqlite`].

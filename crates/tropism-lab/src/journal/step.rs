@@ -136,8 +136,9 @@ fn read_seen(step: u32, row: &rusqlite::Row<'_>) -> Result<TrackedFrame, Journal
         Ok(row.get::<_, Option<f64>>(x)?.zip(row.get::<_, Option<f64>>(y)?).map(|(x, y)| [x, y]))
     };
     let quality: Option<String> = row.get(9)?;
-    let quality: Option<Quality> =
-        quality.map(|word| parse(step, "quality", word, "measured, held or simulated")).transpose()?;
+    let quality: Option<Quality> = quality
+        .map(|word| parse(step, "quality", word, "measured, carried_forward or simulated"))
+        .transpose()?;
     let status: FrameStatus = parse(step, "class", row.get(10)?, "a class of photograph")?;
     let stem: Option<String> = row.get(17)?;
     let stem = stem.map(|text| parse_stem(step, text)).transpose()?;
@@ -256,8 +257,12 @@ mod tests {
         let stem = Polyline((1..=10).map(|point| Point::new(1.0 / f64::from(point), 1e-7 + 0.1)).collect());
         assert_eq!(parse_stem(3, stem_text(&stem)).unwrap(), stem);
         let depth = Depth { tip_cm: 1.0 / 3.0, stem_cm: vec![0.1, 1e-9] };
-        let plant =
-            Observation { tip: stem.0[3], stem: Some(stem), depth: Some(depth), quality: Quality::Held };
+        let plant = Observation {
+            tip: stem.0[3],
+            stem: Some(stem),
+            depth: Some(depth),
+            quality: Quality::CarriedForward,
+        };
         let side = SideRecord {
             photo_bytes: 7,
             photo_sha256: "ab".to_owned(),

@@ -47,7 +47,7 @@ impl Health {
         let last = |is_good: fn(&&StepRecord) -> bool| steps.iter().rfind(is_good).map(|step| step.step);
         Self {
             streaks,
-            excused: if is_paused { streaks.held } else { 0 },
+            excused: if is_paused { streaks.carried_forward } else { 0 },
             last_photo: last(|step| step.photo_bytes > 0),
             last_plant: last(|step| step.seen.is_measured()),
             camera: CameraPosition::of(steps, events),
@@ -64,7 +64,7 @@ pub(super) struct Streaks {
     /// The camera gave no photograph.
     pub(super) camera: u32,
     /// The plant was not detected.
-    pub(super) held: u32,
+    pub(super) carried_forward: u32,
     /// The lamps did not obey.
     pub(super) lamp: u32,
     /// The photograph shows another light than was commanded.
@@ -86,7 +86,7 @@ impl Streaks {
         };
         Self {
             camera: last(&|_, step| step.photo_bytes == 0) + missed as u32,
-            held: last(&|_, step| !step.seen.is_measured()) + missed as u32,
+            carried_forward: last(&|_, step| !step.seen.is_measured()) + missed as u32,
             lamp: 0,
             mismatch: last(&|index, step| {
                 let before = steps[..index].iter().rev().find_map(|step| step.decided);
@@ -151,16 +151,16 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         }
         if record.seen.is_measured() {
             let last = self.health.last_plant.replace(record.step);
-            let is_faulty = std::mem::take(&mut self.health.streaks.held) > 0;
+            let is_faulty = std::mem::take(&mut self.health.streaks.carried_forward) > 0;
             self.health.excused = 0;
             return self.report_recovery(steps_since(last, record.step, is_faulty), "the plant again");
         }
-        self.health.streaks.held += 1;
-        if self.health.streaks.held == 1 && record.photo_bytes > 0 {
-            let text = format!("{} ({}): the last sighting stands in", record.photo, record.seen.status);
-            self.report(EventKind::Held, text)?;
+        self.health.streaks.carried_forward += 1;
+        if self.health.streaks.carried_forward == 1 && record.photo_bytes > 0 {
+            let text = format!("{} ({}): the last detection stands in", record.photo, record.seen.status);
+            self.report(EventKind::CarriedForward, text)?;
         }
-        self.check_held()
+        self.check_carried_forward()
     }
 
     /// Reports that a fault which lasted for `steps` is over, unless it was over before anyone was alerted.
@@ -172,8 +172,8 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     }
 
     /// Alerts or pauses when the plant was not detected for long.
-    pub(super) fn check_held(&mut self) -> Result<(), RecordError> {
-        let held = self.health.streaks.held;
+    pub(super) fn check_carried_forward(&mut self) -> Result<(), RecordError> {
+        let held = self.health.streaks.carried_forward;
         if held == self.supervision.policy.alert_steps {
             self.report(EventKind::Lost, format!("no plant detected for {}", plural(held, "step")))?;
         }

@@ -1,4 +1,4 @@
-//! Decisions and the lamps: what is commanded, told again until it is confirmed, and lit while nothing is decided.
+//! Decisions and the lamps: what is commanded, commanded again until it is confirmed, and lit while nothing is decided.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -11,10 +11,10 @@ use tropism::text::plural;
 use super::{RecordError, Recorder};
 use crate::journal::StepRecord;
 
-/// How often the lamps are told at a step before the failure is reported; chosen by hand.
+/// How often the lamps are switched at a step before the failure is reported; chosen by hand.
 const TRIES: usize = 3;
 
-/// How long after a failure the lamps are told again, if the next step is not due before; chosen by hand.
+/// How long after a failure the lamps are switched again, if the next step is not due before; chosen by hand.
 pub(super) const RETRY_AFTER: Duration = Duration::from_secs(30);
 
 /// A decision that the lamps are to obey.
@@ -63,7 +63,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         let is_dark = self.supervision.policy.on_fault == OnFault::Dark
             && steps
                 .last()
-                .is_some_and(|last| last.decided.is_none() && self.is_held_too_long(measured, last.step));
+                .is_some_and(|last| last.decided.is_none() && self.is_carried_too_long(measured, last.step));
         steps.iter().rev().find_map(|step| step.decided).filter(|_| !is_dark)
     }
 

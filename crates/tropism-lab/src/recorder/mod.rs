@@ -40,12 +40,12 @@ pub struct Supervision<'a> {
     pub lamps_in_view: Option<LampsInView>,
     /// Hours of light at most in any 24 hours; `None` for no limit.
     pub max_light_h: Option<f64>,
-    /// Who is told of events, and may ask for an end.
+    /// Who hears of events, and may ask for an end.
     pub monitor: Box<dyn RunMonitor + 'a>,
 }
 
 impl Default for Supervision<'_> {
-    /// For a virtual plant: everything is tolerated, and no one is told.
+    /// For a virtual plant: everything is tolerated, and nobody is alerted.
     fn default() -> Self {
         Self {
             policy: FaultPolicy::unlimited(),
@@ -108,7 +108,7 @@ pub struct Recorder<'a, C, L: Lamps, F, K> {
     observed: u32,
     /// The latest decision; `None` while the lamps are dark because nothing is decided.
     command: Option<Command>,
-    /// Whether the lamps confirmed what they were told last.
+    /// Whether the lamps confirmed the last command.
     is_confirmed: bool,
     light_hours: LightHours,
     health: Health,
@@ -180,7 +180,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
         for damage in self.folder.damages().to_vec() {
             self.report(EventKind::Damaged, damage)?;
         }
-        self.reserve_ballast()
+        self.fill_reserve()
     }
 
     /// Ends the recording: flash and lamps become what they are to be [on exit](tropism::rig::OnExit). Returns whether
@@ -200,15 +200,15 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
         &self.folder
     }
 
-    /// Records an event of the latest step and tells the monitor.
+    /// Records an event of the latest step and reports to the monitor.
     ///
     /// # Errors
-    /// [`RecordError::Journal`] if it cannot be recorded; the monitor was told all the same.
+    /// [`RecordError::Journal`] if it cannot be recorded; the monitor has the event all the same.
     pub fn report(&mut self, kind: EventKind, text: String) -> Result<(), RecordError> {
         self.report_at(self.step, kind, text)
     }
 
-    /// Records an event of `step` and tells the monitor.
+    /// Records an event of `step` and reports to the monitor.
     fn report_at(&mut self, step: u32, kind: EventKind, text: String) -> Result<(), RecordError> {
         // Devices and programs have a say in it.
         let event = Event { step, kind, text: shown(&text), at: self.rig.clock().now() };
@@ -225,10 +225,10 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
         }
     }
 
-    /// Writes into the journal. On a full disk the ballast is released first.
+    /// Writes into the journal. On a full disk the reserve is released first.
     fn write(&mut self, entry: impl Fn(&Journal) -> Result<(), JournalError>) -> Result<(), RecordError> {
         match entry(self.folder.journal()) {
-            Err(error) if error.is_disk_full() && self.folder.release_ballast() => {
+            Err(error) if error.is_disk_full() && self.folder.release_reserve() => {
                 entry(self.folder.journal())?;
                 self.is_disk_full = true;
                 self.report(EventKind::Disk, format!("journal.sqlite: {error}; {DISK_FULL}"))
@@ -237,8 +237,8 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
         }
     }
 
-    fn reserve_ballast(&mut self) -> Result<(), RecordError> {
-        match self.folder.reserve_ballast(self.supervision.policy.ballast_mb) {
+    fn fill_reserve(&mut self) -> Result<(), RecordError> {
+        match self.folder.fill_reserve(self.supervision.policy.reserve_mb) {
             Err(error) if error.is_disk_full() => {
                 self.is_disk_full = true;
                 self.report(EventKind::Disk, format!("{error}; {DISK_FULL}"))
@@ -258,11 +258,11 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
 
     /// Whether the plant was detected too long ago for a decision at `step`.
     fn is_undecidable(&self, step: u32) -> bool {
-        self.is_held_too_long(self.last_measured, step)
+        self.is_carried_too_long(self.last_measured, step)
     }
 
-    /// Whether a tip that was measured at the step `measured` may not be held at `step` any more.
-    fn is_held_too_long(&self, measured: Option<u32>, step: u32) -> bool {
+    /// Whether a tip that was measured at the step `measured` may not be carried forward at `step` any more.
+    fn is_carried_too_long(&self, measured: Option<u32>, step: u32) -> bool {
         measured.is_some_and(|measured| step - measured > self.supervision.policy.hold_steps)
     }
 
@@ -320,7 +320,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorder<'_, C, L,
                 continue;
             }
             self.observed += 1;
-            let wanted = "a tip: each step has one, measured or held";
+            let wanted = "a tip: each step has one, measured or carried forward";
             let error = JournalError::Value { step, column: "tip_x_cm", found: "none".to_owned(), wanted };
             return record.observation().cloned().ok_or(RecordError::Journal(error));
         }

@@ -10,9 +10,9 @@ use crate::folder::PhotoFolder;
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     /// Takes the photograph of the next step, and tells when it was begun. If the camera fails, an empty photograph stands
-    /// in for as long as the last tip may be held; then steps are missed.
+    /// in for as long as the last tip may be carried forward; then steps are missed.
     pub(super) fn photograph(&mut self) -> Result<(Frame, Option<Moment>), RecordError> {
-        // The journal may have told of steps after the last recorded one: they are missed once.
+        // The journal may hold steps after the last recorded one: they are missed once.
         if let Some(missed) = self.last_missed.take().filter(|&missed| missed >= self.rig.next_step()) {
             self.rig.skip_to(missed + 1);
         }
@@ -24,24 +24,24 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
             let begun = self.rig.clock().now();
             let error = match self.rig.photograph() {
                 Ok(frame) => return Ok((self.retake_if_dark(frame)?, begun)),
-                // At the first step there is no earlier tip that could be held.
+                // At the first step there is no earlier tip that could be carried forward.
                 Err(error) if !self.replay.has_begun() => return Err(error.into()),
                 Err(error) => error,
             };
             self.health.streaks.camera += 1;
             let step = self.rig.next_step();
             if !self.is_undecidable(step) {
-                self.report_at(step, EventKind::Camera, format!("{error}; the last sighting stands in"))?;
+                self.report_at(step, EventKind::Camera, format!("{error}; the last detection stands in"))?;
                 return Ok((self.rig.no_photograph(), begun));
             }
             self.miss(step + 1, &error.to_string())?;
             self.rest()?;
-            self.health.streaks.held += 1;
-            self.check_held()?;
+            self.health.streaks.carried_forward += 1;
+            self.check_carried_forward()?;
         }
     }
 
-    /// Waits until the next step is due. Lamps that failed are told again meanwhile.
+    /// Waits until the next step is due. Lamps that failed are switched again meanwhile.
     fn wait(&mut self) -> Result<(), RecordError> {
         let due = self.rig.due(self.rig.next_step());
         loop {
@@ -115,19 +115,19 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     /// Writes a photograph, if the disk has room for it beside what the journal needs.
     pub(super) fn keep_photo(&mut self, view: PhotoFolder, photo: &Photo) -> Result<(), RecordError> {
         if self.is_disk_full {
-            // Room for eight photographs beside the ballast; chosen by hand.
-            let ballast = u64::from(self.supervision.policy.ballast_mb) << 20;
-            let needed = 8 * photo.bytes.len() as u64 + ballast;
+            // Room for eight photographs beside the reserve; chosen by hand.
+            let reserve = u64::from(self.supervision.policy.reserve_mb) << 20;
+            let needed = 8 * photo.bytes.len() as u64 + reserve;
             if self.folder.free_bytes().is_none_or(|free| free < needed) {
                 return Ok(());
             }
             self.is_disk_full = false;
-            self.reserve_ballast()?;
+            self.fill_reserve()?;
         }
         match self.folder.write_photo(view, &photo.name, &photo.bytes) {
             Err(error) if error.is_disk_full() => {
                 self.is_disk_full = true;
-                self.folder.release_ballast();
+                self.folder.release_reserve();
                 self.report(EventKind::Disk, format!("{error}; {DISK_FULL}"))
             }
             done => Ok(done?),

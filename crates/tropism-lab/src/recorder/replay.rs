@@ -89,7 +89,7 @@ impl Replay {
 }
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
-    /// Replays the latest step with its recorded decision. Returns false if the lamps must be told, as the step is the last
+    /// Replays the latest step with its recorded decision. Returns false if the lamps must be printed, as the step is the last
     /// recorded one or was not recorded before.
     ///
     /// # Errors
@@ -101,7 +101,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         }
         let shot = self.recorded_shot(index)?;
         let Some(next) = self.replay.next().map(|next| next.step) else {
-            // Whether or not its lamp was lit: what happened to the lamps since is unknown, so they are told again.
+            // Whether or not its lamp was lit: what happened to the lamps since is unknown, so they are switched again.
             self.rig.restore(step, &shot);
             return Ok(false);
         };

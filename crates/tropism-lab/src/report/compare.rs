@@ -1,4 +1,4 @@
-//! Evolutions, studies, controllers, recipes or the settings of a sweep beside each other: figures, tables and rank tests.
+//! Evolutions, studies, controllers, methods or the settings of a sweep beside each other: figures, tables and rank tests.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::Error;
 use crate::comparison::{self, NamedSample};
 use crate::evolve::{EvolutionHistory, EvolutionRecord, EvolveResults};
 use crate::files;
-use crate::laboratories::{LaboratoriesPlan, LaboratoriesResults};
+use crate::replicates::{ReplicatesPlan, ReplicatesResults};
 use crate::statistics::Bootstrap;
 use crate::study::StudyPlan;
 use crate::sweep::{Method, Setting, SweepPlan, UnitFindings, unit_folder};
@@ -90,7 +90,7 @@ impl Comparison {
         Ok([evolutions, champions])
     }
 
-    /// The settings of the finished sweep in `folder`; of laboratories one comparison for each world and recipe.
+    /// The settings of the finished sweep in `folder`; of replicates one comparison for each scenario and method.
     pub(super) fn of_sweep(folder: &Path) -> Result<Vec<Self>, Error> {
         let plan = SweepPlan::of_folder(folder)?;
         let settings = plan.config.settings(&plan.folder)?;
@@ -144,35 +144,35 @@ impl Comparison {
         Ok(all)
     }
 
-    /// The recipes of all comparisons over laboratories in `folders`, by the means of their laboratories: one comparison for
-    /// each world. Where a comparison has no recipes, the rules by hand of each world, by their fitness on each plant.
-    pub(super) fn of_laboratories(folders: &[&Path]) -> Result<Vec<Self>, Error> {
+    /// The methods of all comparisons over replicates in `folders`, by the means of their replicates: one comparison for
+    /// each scenario. Where a comparison has no methods, the rules by hand of each scenario, by their fitness on each plant.
+    pub(super) fn of_replicates(folders: &[&Path]) -> Result<Vec<Self>, Error> {
         let mut all: Vec<(String, Self)> = Vec::new();
         let mut by_hand = Vec::new();
         for (folder, name) in folders.iter().zip(short_names(folders)) {
-            let results: LaboratoriesResults = read_results(folder, "laboratories.json", "study")?;
-            let task = LaboratoriesPlan::of_folder(folder)?.config.task;
-            for world in results.worlds {
-                if world.recipes.is_empty() {
-                    let mut rules = Self::of_transfers(&[&folder.join(&world.name).join("judged")])?;
-                    rules.title = format!("Rules by hand compared: {}", world.name);
+            let results: ReplicatesResults = read_results(folder, "replicates.json", "study")?;
+            let task = ReplicatesPlan::of_folder(folder)?.config.task;
+            for scenario in results.scenarios {
+                if scenario.methods.is_empty() {
+                    let mut rules = Self::of_transfers(&[&folder.join(&scenario.name).join("judged")])?;
+                    rules.title = format!("Rules by hand compared: {}", scenario.name);
                     by_hand.push(rules);
                     continue;
                 }
-                if !all.iter().any(|(known, _)| *known == world.name) {
-                    let title = format!("Recipes compared: {}", world.name);
-                    let values = "the mean fitness of each laboratory's controller over its judging plants";
+                if !all.iter().any(|(known, _)| *known == scenario.name) {
+                    let title = format!("Methods compared: {}", scenario.name);
+                    let values = "the mean fitness of each replicate's controller over its test plants";
                     all.push((
-                        world.name.clone(),
-                        Self::new(&title, "a laboratory", values, Plants::Virtual),
+                        scenario.name.clone(),
+                        Self::new(&title, "a replicate", values, Plants::Virtual),
                     ));
                 }
-                let comparison = all.iter_mut().find(|(known, _)| *known == world.name);
+                let comparison = all.iter_mut().find(|(known, _)| *known == scenario.name);
                 let Some((_, comparison)) = comparison else { continue };
-                for recipe in world.recipes {
+                for method in scenario.methods {
                     let name =
-                        if folders.len() > 1 { format!("{} of {name}", recipe.name) } else { recipe.name };
-                    let values = recipe.laboratories.iter().map(|laboratory| laboratory.mean).collect();
+                        if folders.len() > 1 { format!("{} of {name}", method.name) } else { method.name };
+                    let values = method.replicates.iter().map(|replicate| replicate.mean).collect();
                     let (best, model) = (Vec::new(), None);
                     comparison.groups.push(Group { name, best, values, task: task.clone(), model });
                 }
@@ -190,7 +190,7 @@ impl Comparison {
             Self::new(
                 &title,
                 "a seed",
-                "the mean fitness of each seed over laboratories and plants",
+                "the mean fitness of each seed over replicates and plants",
                 Plants::Virtual,
             )
         };
@@ -200,7 +200,7 @@ impl Comparison {
             values: Vec::new(),
             task: match &setting.method {
                 Method::Evolve(config) => config.task.clone(),
-                Method::Laboratories(config) => config.task.clone(),
+                Method::Replicates(config) => config.task.clone(),
             },
             model: None,
         };

@@ -1,5 +1,5 @@
-//! Reports: one HTML page of figures and tables from runs, tracks, evolutions, studies, transfers, laboratories or sweeps.
-//! Several evolutions, several studies, the controllers of transfers, the recipes of laboratories and the settings of a sweep
+//! Reports: one HTML page of figures and tables from runs, tracks, evolutions, studies, transfers, replicates or sweeps.
+//! Several evolutions, several studies, the controllers of transfers, the methods of replicates and the settings of a sweep
 //! are compared.
 
 mod compare;
@@ -24,7 +24,7 @@ use crate::{Error, Monitor, Workflow, files, study};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ReportPlan {
-    /// Folders of runs, evolutions, studies, transfers and laboratories and track files, or the folder of one study or of one
+    /// Folders of runs, evolutions, studies, transfers and replicates and track files, or the folder of one study or of one
     /// sweep.
     pub sources: Vec<PathBuf>,
     /// HTML file of the report.
@@ -159,11 +159,11 @@ impl Sources {
         if studies.len() > 1 {
             self.comparisons.extend(Comparison::of_studies(&studies)?);
         }
-        let (transfers, laboratories) = (with("transfer.toml"), with("laboratories.toml"));
+        let (transfers, replicates) = (with("transfer.toml"), with("replicates.toml"));
         if !transfers.is_empty() {
             self.comparisons.push(Comparison::of_transfers(&transfers)?);
         }
-        self.comparisons.extend(Comparison::of_laboratories(&laboratories)?);
+        self.comparisons.extend(Comparison::of_replicates(&replicates)?);
         for sweep in with("sweep.toml") {
             self.comparisons.extend(Comparison::of_sweep(sweep)?);
         }
@@ -188,7 +188,7 @@ impl Sources {
             self.evolutions.push((history, task.kind.unit(), plants));
         } else if is_study(path)
             || path.join("transfer.toml").exists()
-            || path.join("laboratories.toml").exists()
+            || path.join("replicates.toml").exists()
         {
             // Only compared: a study alone has a page of its own. Their plants are always virtual.
             self.is_virtual = true;
@@ -196,7 +196,7 @@ impl Sources {
             self.is_virtual |= SweepPlan::is_virtual(path)?;
         } else {
             return Err(Error::Plan(format!(
-                "{}: found no run.toml, history.csv, study.toml, sweep.toml, transfer.toml or laboratories.toml, wanted the folder \
+                "{}: found no run.toml, history.csv, study.toml, sweep.toml, transfer.toml or replicates.toml, wanted the folder \
                  of a finished run, evolution, study, sweep or comparison",
                 path.display()
             )));

@@ -47,7 +47,7 @@ impl Default for RunConfig {
 
 impl RunConfig {
     /// The configuration of a run of `controller` in `rig`. The solids of `task` come into the virtual tent; of a real one,
-    /// whose settings name none, vision is told of the task's obstacles, and with a camera at the side of its pole.
+    /// whose settings name none, vision knows the task's obstacles, and with a camera at the side of its pole.
     #[must_use]
     pub fn new(mut rig: RigFile, controller: ControllerSpec, task: Task, seed: u64) -> Self {
         match rig.greenhouse.take() {

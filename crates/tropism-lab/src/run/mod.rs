@@ -88,8 +88,8 @@ pub struct RunResults {
     /// Steps before it that were missed: the track lacks them.
     #[serde(default)]
     pub missed: usize,
-    /// Photographs without a detected plant, for which the last tip was held.
-    pub held: usize,
+    /// Photographs without a detected plant, for which the last tip was carried forward.
+    pub carried_forward: usize,
     /// Fitness by eq. (9), in cm; `None` without targets.
     pub fitness: Option<f64>,
     /// File of the track.
@@ -118,7 +118,7 @@ impl RunPlan {
             vec![Box::new(AlertMonitor(alerts)), Box::new(WorkflowMonitor(monitor))];
         let mut since_start = Duration::ZERO;
         if !rig.is_virtual() {
-            monitors.push(Box::new(HostMonitor::new(rig.patience().hot_c)));
+            monitors.push(Box::new(HostMonitor::new(rig.fault_policy().hot_c)));
             since_start = start::since_start(rig, &folder, self.resume, &mut monitors)?;
         }
         // Before the watchdog: a run that is refused has no light to put off.
@@ -130,7 +130,7 @@ impl RunPlan {
         }
         let open = rig.open_locked(locks, self.config.seed, since_start).map_err(Error::at("rig"))?;
         let supervision = Supervision {
-            policy: rig.patience(),
+            policy: rig.fault_policy(),
             lamps_in_view: rig.lamps_in_view.clone(),
             max_light_h: rig.lamps.as_ref().and_then(|lamps| lamps.max_light_h),
             monitor: Box::new(monitors),
@@ -251,7 +251,7 @@ impl Workflow for RunPlan {
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<RunResults, Error> {
         let folder = self.config.open_folder(&self.out, self.resume);
-        // A folder that another program or another run has is left as it is, and no alert tells of it.
+        // A folder that another program or another run has is left as it is, and no alert is sent.
         if matches!(&folder, Err(Error::Folder(error)) if error.is_refusal()) {
             folder?;
             unreachable!("an error returned above");
@@ -281,7 +281,11 @@ impl Workflow for RunPlan {
             is_virtual: self.config.is_virtual(),
             steps: last_step(&track),
             missed: missed_steps(&track),
-            held: track.samples.iter().filter(|sample| sample.quality == Quality::Held).count(),
+            carried_forward: track
+                .samples
+                .iter()
+                .filter(|sample| sample.quality == Quality::CarriedForward)
+                .count(),
             fitness: (task.has_goal()).then(|| task.fitness(&track)),
             track_file: self.out.join("track.csv"),
             track,

@@ -21,7 +21,7 @@ pub(super) fn since_start(
     is_resumed: bool,
     monitors: &mut Vec<Box<dyn RunMonitor + '_>>,
 ) -> Result<Duration, Error> {
-    let (policy, journal, times) = (rig.patience(), folder.journal(), SystemTimes);
+    let (policy, journal, times) = (rig.fault_policy(), folder.journal(), SystemTimes);
     let paused = |reason: String| Error::Paused { folder: folder.path().to_owned(), reason };
     if let Some(Event { kind: EventKind::Paused, text, .. }) = journal.state()?.filter(|_| !is_resumed) {
         return Err(paused(text));
@@ -47,7 +47,7 @@ pub(super) fn since_start(
             return Ok(Duration::from_secs_f64(period_s * ((last.as_secs_f64() / period_s).floor() + 1.0)));
         }
         Downtime::Known { length, .. } => format!(
-            "the run was down for {:.0} minutes, more than patience.gap_min = {}",
+            "the run was down for {:.0} minutes, more than fault_policy.gap_min = {}",
             length.as_secs_f64() / 60.0,
             policy.gap_min
         ),
@@ -66,11 +66,11 @@ pub(super) fn since_start(
     Err(paused(reason))
 }
 
-/// Checks that the disk of `folder` has `wanted_mb` megabytes free, where the system tells.
+/// Checks that the disk of `folder` has `wanted_mb` megabytes free, where the system reports it.
 fn check_free_disk(folder: &RunFolder, wanted_mb: u32) -> Result<(), Error> {
     match folder.free_bytes() {
         Some(free) if free < u64::from(wanted_mb) << 20 => Err(Error::Plan(format!(
-            "{}: found {} MB of disk free, wanted {wanted_mb}: make room, or change patience.free_mb",
+            "{}: found {} MB of disk free, wanted {wanted_mb}: make room, or change fault_policy.free_mb",
             folder.path().display(),
             free >> 20,
         ))),

@@ -12,10 +12,10 @@ use tropism_rig::file::RigFile;
 use crate::Error;
 use crate::controller::ControllerSpec;
 use crate::evolve::TRIAL_PLANTS;
-use crate::transfer::JUDGING_PLANTS;
+use crate::transfer::TEST_PLANTS;
 
 /// The controllers that steer unseen plants, by the names of their folders in `reality`.
-pub(super) const CONTROLLERS: [&str; 4] = ["champion", "random", "periodic", "chase"];
+pub(super) const CONTROLLERS: [&str; 4] = ["champion", "random", "periodic", "greedy"];
 
 /// Everything that decides the results of a study: the content of `study.toml`. The default is the paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,7 +36,7 @@ pub struct StudyConfig {
     /// Unseen plants that each controller steers. Paper: 6 (section 3.2).
     pub reality_plants: u32,
     /// Further unseen plants that the same controllers steer without photographs, 1 to 100000: six say little.
-    pub judging_plants: u32,
+    pub test_plants: u32,
     /// Task of the controllers: by default eq. (9) is read by approach, which reproduces the paper better than the letter.
     pub task: Task,
     /// Settings of the tip-motion model.
@@ -59,7 +59,7 @@ impl Default for StudyConfig {
             random_controllers: 2_000_000,
             trial_plants: TRIAL_PLANTS,
             reality_plants: 6,
-            judging_plants: JUDGING_PLANTS,
+            test_plants: TEST_PLANTS,
             task: Task { score: Reading::Approach, ..Task::default() },
             model: TipModelConfig::default(),
             evolution: EvolutionConfig::default(),
@@ -93,7 +93,7 @@ impl StudyConfig {
         Error::check_range("random_controllers", self.random_controllers, 1_000_000_000)?;
         Error::check_range("trial_plants", self.trial_plants, 1_000_000)?;
         Error::check_range("reality_plants", self.reality_plants, 10_000)?;
-        Error::check_range("judging_plants", self.judging_plants, 100_000)?;
+        Error::check_range("test_plants", self.test_plants, 100_000)?;
         self.task.check().map_err(Error::in_plan("task"))?;
         self.evolution.check().map_err(Error::in_plan("evolution"))?;
         self.rig().check().map_err(|error| Error::Plan(error.to_string()))

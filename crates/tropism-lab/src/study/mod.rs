@@ -244,12 +244,12 @@ impl StudyStages<'_> {
 
     /// The controllers that steer unseen plants, by name.
     fn controllers(&self) -> Result<[(&'static str, ControllerSpec); 4], Error> {
-        let [champion, random, periodic, chase] = CONTROLLERS;
+        let [champion, random, periodic, greedy] = CONTROLLERS;
         Ok([
             (champion, ControllerSpec::read(&self.file("evolution/champion.json"))?),
             (random, ControllerSpec::read(&self.file("random-champion.json"))?),
             (periodic, self.plan.config.periodic()),
-            (chase, ControllerSpec::Greedy),
+            (greedy, ControllerSpec::Greedy),
         ])
     }
 
@@ -259,7 +259,7 @@ impl StudyStages<'_> {
         let named = |(name, controller): (&str, _)| NamedController { name: name.to_owned(), controller };
         let plan = TransferPlan {
             controllers: self.controllers()?.map(named).into(),
-            plants: config.judging_plants,
+            plants: config.test_plants,
             task: config.task.clone(),
             greenhouse: Greenhouse {
                 bean: config.greenhouse.bean.clone(),

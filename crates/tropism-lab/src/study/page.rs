@@ -112,7 +112,7 @@ impl StudyFolder {
                 row("evolved champion", champion, results.champion_mean_in_model),
                 row("best random network", random, results.random_mean_in_model),
                 row("periodic", periodic, results.periodic_mean_in_model),
-                row("greedy (by hand)", greedy, results.chase_mean_in_model),
+                row("greedy (by hand)", greedy, results.greedy_mean_in_model),
             ],
         }
     }

@@ -46,7 +46,7 @@ pub struct StudyResults {
     /// The same of the periodic controller.
     pub periodic_mean_in_model: f64,
     /// The same of the greedy controller.
-    pub chase_mean_in_model: f64,
+    pub greedy_mean_in_model: f64,
     /// The champion on unseen plants of the virtual tent.
     pub reality_champion: RealityNumbers,
     /// The best random controller there.
@@ -54,13 +54,13 @@ pub struct StudyResults {
     /// The periodic controller there.
     pub reality_periodic: RealityNumbers,
     /// The greedy controller there.
-    pub reality_chase: RealityNumbers,
+    pub reality_greedy: RealityNumbers,
     /// The champion on many more unseen plants, without photographs.
     pub many_champion: ManyNumbers,
     /// The greedy controller on the same plants.
-    pub many_chase: ManyNumbers,
+    pub many_greedy: ManyNumbers,
     /// Fitness of the champion minus that of the greedy controller, plant by plant.
-    pub many_champion_over_chase: PairedDifference,
+    pub many_champion_over_greedy: PairedDifference,
     /// Mean fitness of the champion on unseen plants, as a share of its mean in the model.
     pub share_kept: f64,
     /// The same as a share of the best single evaluation, as the paper has it: 9.96 / 14.97.
@@ -183,13 +183,13 @@ impl StudyFolder {
     /// # Errors
     /// [`Error::Plan`] if the comparison on many plants is another one.
     pub(super) fn results(&self) -> Result<StudyResults, Error> {
-        let [champion, _, _, chase] = CONTROLLERS;
-        let of_pair = |pair: &&ControllerPair| pair.one == champion && pair.other == chase;
+        let [champion, _, _, greedy] = CONTROLLERS;
+        let of_pair = |pair: &&ControllerPair| pair.one == champion && pair.other == greedy;
         let pair = self.many.pairs.iter().find(of_pair);
         let lacks =
             || Error::Plan("many-plants/transfer.json: found no pairs, wanted a finished study".to_owned());
-        let many = [ManyNumbers::of(&self.many, champion)?, ManyNumbers::of(&self.many, chase)?];
-        let many_champion_over_chase = pair.ok_or_else(lacks)?.difference;
+        let many = [ManyNumbers::of(&self.many, champion)?, ManyNumbers::of(&self.many, greedy)?];
+        let many_champion_over_greedy = pair.ok_or_else(lacks)?.difference;
         let best_of_runs = self.evolution.runs.iter().map(|run| run.best_fitness);
         let best_evolved = best_of_runs.fold(f64::NEG_INFINITY, f64::max);
         let champion = self.evolution.chosen();
@@ -208,17 +208,17 @@ impl StudyFolder {
             median_random: self.random.median,
             random_mean_in_model: self.mean_in_model(&random),
             periodic_mean_in_model: self.mean_in_model(&self.config.periodic()),
-            chase_mean_in_model: self.mean_in_model(&ControllerSpec::Greedy),
+            greedy_mean_in_model: self.mean_in_model(&ControllerSpec::Greedy),
             share_kept: reality[0].mean / champion.trial.mean,
             share_kept_of_best: reality[0].mean / best_evolved,
             hours_to_end: self.hours_to_end(),
             reality_champion: reality[0],
             reality_random: reality[1],
             reality_periodic: reality[2],
-            reality_chase: reality[3],
+            reality_greedy: reality[3],
             many_champion: many[0],
-            many_chase: many[1],
-            many_champion_over_chase,
+            many_greedy: many[1],
+            many_champion_over_greedy,
             report: self.path.join("report.html"),
         })
     }
@@ -266,7 +266,7 @@ impl StudyResults {
         let of_many = |ManyNumbers { mean, interval: [low, high], .. }: &ManyNumbers| {
             format!("{mean:.2} ({low:.2} to {high:.2})")
         };
-        let (reality, over) = (&self.reality_champion, &self.many_champion_over_chase);
+        let (reality, over) = (&self.reality_champion, &self.many_champion_over_greedy);
         let saturation = self.saturation_generation;
         let still = || "still rising".to_owned();
         let row = |what: &str, ours: String, note: &str| NumberRow {
@@ -357,7 +357,7 @@ impl StudyResults {
             ),
             row(
                 "The same of greedy (cm)",
-                of_many(&self.many_chase),
+                of_many(&self.many_greedy),
                 "The rule that a person would write by hand.",
             ),
             row(

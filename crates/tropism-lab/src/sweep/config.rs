@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::evolve::{EvolveConfig, EvolvePlan};
-use crate::laboratories::LaboratoriesConfig;
+use crate::replicates::ReplicatesConfig;
 use crate::{Error, Workflow, files};
 
 /// The most settings and the most seeds; chosen, against mistyped grids.
@@ -60,14 +60,14 @@ pub struct SweepConfig {
     /// What all evolutions share: keys of `studies/evolution.toml` but the seed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evolve: Option<Table>,
-    /// What all studies of laboratories share, instead of evolutions: keys of `studies/robust.toml` but the seed.
+    /// What all studies of replicates share, instead of evolutions: keys of `studies/robust.toml` but the seed.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub laboratories: Option<Table>,
+    pub replicates: Option<Table>,
 }
 
 impl Default for SweepConfig {
     fn default() -> Self {
-        Self { model: None, seeds: Seeds::Count(10), grid: Table::new(), evolve: None, laboratories: None }
+        Self { model: None, seeds: Seeds::Count(10), grid: Table::new(), evolve: None, replicates: None }
     }
 }
 
@@ -76,8 +76,8 @@ impl Default for SweepConfig {
 pub enum Method {
     /// An evolution with all its runs.
     Evolve(Box<EvolveConfig>),
-    /// A study of laboratories.
-    Laboratories(Box<LaboratoriesConfig>),
+    /// A study of replicates.
+    Replicates(Box<ReplicatesConfig>),
 }
 
 /// One combination of the values that vary.
@@ -92,13 +92,13 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// Generations of all runs of an evolution under it; 0 for laboratories.
+    /// Generations of all runs of an evolution under it; 0 for replicates.
     pub(super) fn generations(&self) -> u64 {
         match &self.method {
             Method::Evolve(config) => {
                 u64::from(config.evolution.runs) * u64::from(config.evolution.generations)
             }
-            Method::Laboratories(_) => 0,
+            Method::Replicates(_) => 0,
         }
     }
 }
@@ -114,10 +114,10 @@ impl SweepConfig {
         Ok(config)
     }
 
-    /// Whether the units of work are studies of laboratories, and no evolutions.
+    /// Whether the units of work are studies of replicates, and no evolutions.
     #[must_use]
-    pub const fn is_of_laboratories(&self) -> bool {
-        self.laboratories.is_some()
+    pub const fn is_of_replicates(&self) -> bool {
+        self.replicates.is_some()
     }
 
     /// All settings, the values of the last key of the grid varying first. `folder` is where the files lie that it names.
@@ -161,11 +161,11 @@ impl SweepConfig {
 
     fn check_shape(&self) -> Result<(), Error> {
         let refuse = |text: String| Err(Error::Plan(text));
-        if self.evolve.is_some() && self.laboratories.is_some() {
-            return refuse("found [evolve] and [laboratories], wanted one of them".to_owned());
+        if self.evolve.is_some() && self.replicates.is_some() {
+            return refuse("found [evolve] and [replicates], wanted one of them".to_owned());
         }
-        if self.is_of_laboratories() && self.model.is_some() {
-            return refuse("found `model` with [laboratories], which make models of their own".to_owned());
+        if self.is_of_replicates() && self.model.is_some() {
+            return refuse("found `model` with [replicates], which make models of their own".to_owned());
         }
         // Before they are listed: the number of a file may be any.
         let count = self.seeds.count();
@@ -179,7 +179,7 @@ impl SweepConfig {
         if let Some(seed) = seeds.iter().find(|&&seed| i64::try_from(seed).is_err()) {
             return refuse(format!("found seed {seed}, wanted at most {}", i64::MAX));
         }
-        let base = self.evolve.as_ref().or(self.laboratories.as_ref());
+        let base = self.evolve.as_ref().or(self.replicates.as_ref());
         if self.grid.contains_key("seed") || base.is_some_and(|base| base.contains_key("seed")) {
             return refuse("found the key seed among the settings, wanted it as `seeds`".to_owned());
         }
@@ -213,18 +213,18 @@ impl SweepConfig {
 
     /// What is executed with these values.
     fn method(&self, values: &[(String, Value)], folder: &Path) -> Result<Method, Error> {
-        let mut table = self.evolve.clone().or_else(|| self.laboratories.clone()).unwrap_or_default();
+        let mut table = self.evolve.clone().or_else(|| self.replicates.clone()).unwrap_or_default();
         for (key, value) in values {
             set(&mut table, key, value)?;
         }
-        if self.is_of_laboratories() {
-            let mut config: LaboratoriesConfig = parsed(table)?;
+        if self.is_of_replicates() {
+            let mut config: ReplicatesConfig = parsed(table)?;
             config.find_files_in(folder);
             config.check()?;
-            if config.recipes.is_empty() {
-                return Err(Error::Plan("`recipes`: found none, wanted at least one to compare".to_owned()));
+            if config.methods.is_empty() {
+                return Err(Error::Plan("`methods`: found none, wanted at least one to compare".to_owned()));
             }
-            return Ok(Method::Laboratories(Box::new(config)));
+            return Ok(Method::Replicates(Box::new(config)));
         }
         let config: EvolveConfig = parsed(table)?;
         EvolvePlan { model: PathBuf::new(), ..config.clone().plan() }.check()?;

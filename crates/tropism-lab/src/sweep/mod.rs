@@ -1,7 +1,7 @@
 //! Seeds times settings from one file, in a folder that can be resumed, and one table at the end.
 //!
 //! In: a [`SweepConfig`]. Out: for each setting the fitness over seeds, and which settings differ. A unit of work is one
-//! evolution with all its runs, or one study of laboratories, of one setting and one seed. Units are named and independent, and
+//! evolution with all its runs, or one study of replicates, of one setting and one seed. Units are named and independent, and
 //! each has a folder of its own: [`UnitPlan`] executes one alone, for clusters. Neither the number of threads, the order of
 //! units nor an interruption changes a bit.
 
@@ -16,6 +16,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use serde::{Deserialize, Serialize};
 use toml::Table;
+use tropism::math::rank_test;
 
 pub use self::config::{Method, Seeds, Setting, SweepConfig};
 use self::results::FinishedUnit;
@@ -25,6 +26,7 @@ pub(crate) use self::status::status;
 pub use self::units::SweepUnit;
 pub(crate) use self::units::unit_folder;
 use self::units::units;
+use crate::comparison::SIGNIFICANT;
 use crate::lock::{FolderLock, LockError, lock};
 use crate::monitor::{Part, Titled};
 use crate::workflow::check_same;
@@ -79,7 +81,7 @@ struct SweepRecord {
     /// Digest of the `model.json` beside it, of evolutions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     model_sha256: Option<String>,
-    /// Folder from which the files lie that laboratories name.
+    /// Folder from which the files lie that replicates name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     folder: Option<PathBuf>,
     seeds: Seeds,
@@ -88,7 +90,7 @@ struct SweepRecord {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     evolve: Option<Table>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    laboratories: Option<Table>,
+    replicates: Option<Table>,
 }
 
 /// A sweep at work.
@@ -106,7 +108,7 @@ impl Workflow for SweepPlan {
 
     fn check(&self) -> Result<(), Error> {
         self.config.settings(&self.folder)?;
-        if !self.config.is_of_laboratories() && self.config.model.is_none() {
+        if !self.config.is_of_replicates() && self.config.model.is_none() {
             return Err(Error::Plan("found no `model`, wanted that on which controllers evolve".to_owned()));
         }
         Ok(())
@@ -114,6 +116,9 @@ impl Workflow for SweepPlan {
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<SweepResults, Error> {
         let (sweep, _lock) = self.claim()?;
+        if let Some(note) = sweep.too_few_seeds() {
+            monitor.note(&note);
+        }
         let finished = sweep.execute_all(monitor).map_err(|error| error.of_part(&self.out))?;
         let results = SweepResults::new(Self::SCHEMA, self.config.seeds.list(), &sweep.settings, &finished);
         let table = results.csv().map_err(Error::at("sweep.csv"))?;
@@ -147,15 +152,15 @@ impl Workflow for UnitPlan {
 
 impl SweepPlan {
     /// The plan that goes on with the sweep in the folder `out`, from its `sweep.toml` and `model.json` alone. Files of species
-    /// of laboratories must still be where they were.
+    /// of replicates must still be where they were.
     ///
     /// # Errors
     /// [`Error::File`] if the file cannot be read.
     pub fn of_folder(out: &Path) -> Result<Self, Error> {
         let record: SweepRecord = files::read_toml(&record_path(out))?;
-        let SweepRecord { seeds, grid, evolve, laboratories, model_sha256, folder, .. } = record;
+        let SweepRecord { seeds, grid, evolve, replicates, model_sha256, folder, .. } = record;
         let model = model_sha256.map(|_| MODEL.into());
-        let config = SweepConfig { model, seeds, grid, evolve, laboratories };
+        let config = SweepConfig { model, seeds, grid, evolve, replicates };
         let folder = folder.unwrap_or_else(|| out.to_owned());
         Ok(Self { out: out.to_owned(), resume: true, folder, config })
     }
@@ -214,7 +219,7 @@ impl SweepPlan {
 
     /// The sweep, the text of its record, and the bytes of its model.
     fn prepared(&self) -> Result<(Sweep<'_>, String, Option<Vec<u8>>), Error> {
-        let SweepConfig { model, seeds, grid, evolve, laboratories } = &self.config;
+        let SweepConfig { model, seeds, grid, evolve, replicates } = &self.config;
         let model = model.as_ref().map(|model| self.folder.join(model));
         let is_virtual = match &model {
             Some(model) => model::read(model)?.is_virtual(),
@@ -226,11 +231,11 @@ impl SweepPlan {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             is_virtual,
             model_sha256: model.as_deref().map(files::sha256),
-            folder: self.config.is_of_laboratories().then(|| self.folder.clone()),
+            folder: self.config.is_of_replicates().then(|| self.folder.clone()),
             seeds: seeds.clone(),
             grid: grid.clone(),
             evolve: evolve.clone(),
-            laboratories: laboratories.clone(),
+            replicates: replicates.clone(),
         };
         let text = files::toml_of(&record_path(&self.out), &record)?;
         let settings = self.config.settings(&self.folder)?;
@@ -260,9 +265,27 @@ fn record_path(folder: &Path) -> PathBuf {
 }
 
 impl Sweep<'_> {
-    /// Executes all units: evolutions side by side, studies of laboratories, which use all threads, one after the other.
+    /// Executes all units: evolutions side by side, studies of replicates, which use all threads, one after the other.
+    /// Says how many seeds are needed where those of the plan can show no difference between settings, however large.
+    fn too_few_seeds(&self) -> Option<String> {
+        let (settings, seeds) = (self.settings.len(), self.plan.config.seeds.list().len());
+        let values = match &self.settings.first()?.method {
+            config::Method::Evolve(config) => config.evolution.runs as usize,
+            config::Method::Replicates(_) => 1,
+        };
+        let pairs = settings * (settings - 1) / 2;
+        let least = rank_test::least_size(pairs.max(1), SIGNIFICANT);
+        let wanted = least.div_ceil(values.max(1));
+        (pairs > 0 && seeds < wanted).then(|| {
+            format!(
+                "with {settings} settings, a rank test finds no difference in fewer than {wanted} seeds, however large; \
+                 this sweep has {seeds}"
+            )
+        })
+    }
+
     fn execute_all(&self, monitor: &dyn Monitor) -> Result<Vec<FinishedUnit>, Error> {
-        if self.plan.config.is_of_laboratories() {
+        if self.plan.config.is_of_replicates() {
             let one = |unit: &SweepUnit| {
                 let title = format!("{}/{}", unit.number, self.units.len());
                 self.execute_unit(unit, &Titled { monitor, title })

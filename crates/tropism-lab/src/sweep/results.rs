@@ -10,7 +10,7 @@ use tropism::text::csv_cell;
 use super::config::{Method, Setting};
 use crate::comparison::{self, NamedSample, SamplePair};
 use crate::evolve::{EvolutionHistory, EvolveResults};
-use crate::laboratories::LaboratoriesResults;
+use crate::replicates::ReplicatesResults;
 use crate::study::SATURATION_SHARE;
 
 /// What one unit of work found: the content of its `unit.json`. The same bits on every machine. Fitness is in cm.
@@ -28,7 +28,7 @@ pub struct UnitResults {
     pub seed: u64,
     /// Whether the plants were virtual, or a model of such.
     pub is_virtual: bool,
-    /// What it found: one entry for an evolution, one for each recipe in each world for laboratories.
+    /// What it found: one entry for an evolution, one for each method in each scenario for replicates.
     pub found: Vec<UnitFindings>,
     /// SHA-256 of the files that hold it, in hexadecimal.
     pub sha256: BTreeMap<String, String>,
@@ -37,10 +37,10 @@ pub struct UnitResults {
 /// What one unit of work found of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UnitFindings {
-    /// World and recipe of laboratories, such as `common-bean/rule`; empty for an evolution.
+    /// Scenario and method of replicates, such as `common-bean/rule`; empty for an evolution.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub case: String,
-    /// Of an evolution the best fitness of each run; of a recipe its mean fitness over laboratories and plants.
+    /// Of an evolution the best fitness of each run; of a method its mean fitness over replicates and plants.
     pub fitness: Vec<f64>,
     /// Of an evolution the mean fitness of each run's champion on unseen plants of the model.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -70,17 +70,17 @@ impl UnitFindings {
         }
     }
 
-    pub(super) fn of_laboratories(results: &LaboratoriesResults) -> Vec<Self> {
-        let of_world = results.worlds.iter().flat_map(|world| {
-            world.recipes.iter().map(|recipe| Self {
-                case: format!("{}/{}", world.name, recipe.name),
-                fitness: vec![recipe.fitness.mean],
+    pub(super) fn of_replicates(results: &ReplicatesResults) -> Vec<Self> {
+        let of_scenario = results.scenarios.iter().flat_map(|scenario| {
+            scenario.methods.iter().map(|method| Self {
+                case: format!("{}/{}", scenario.name, method.name),
+                fitness: vec![method.fitness.mean],
                 mean_in_model: Vec::new(),
                 saturation_generation: None,
                 evaluations: None,
             })
         });
-        of_world.collect()
+        of_scenario.collect()
     }
 }
 
@@ -98,10 +98,10 @@ pub struct SweepResults {
     pub is_virtual: bool,
     /// The seeds.
     pub seeds: Vec<u64>,
-    /// One row a setting; with laboratories one a setting, world and recipe.
+    /// One row a setting; with replicates one a setting, scenario and method.
     pub rows: Vec<SweepRow>,
-    /// Each two settings compared by the mean fitness of each run's champion on unseen plants of the model; with laboratories by
-    /// the fitness of each seed, within a world and recipe. None where tasks differ, whose fitness is not alike.
+    /// Each two settings compared by the mean fitness of each run's champion on unseen plants of the model; with replicates by
+    /// the fitness of each seed, within a scenario and method. None where tasks differ, whose fitness is not alike.
     pub pairs: Vec<SettingPair>,
 }
 
@@ -112,24 +112,24 @@ pub struct SweepRow {
     pub setting: String,
     /// Its value for each key of the grid.
     pub values: BTreeMap<String, Value>,
-    /// World and recipe of laboratories; empty for evolutions.
+    /// Scenario and method of replicates; empty for evolutions.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub case: String,
     /// Number of seeds.
     pub seeds: usize,
-    /// Number of values that the next ones summarize: runs of all seeds, or with laboratories one a seed.
+    /// Number of values that the next ones summarize: runs of all seeds, or with replicates one a seed.
     pub runs: usize,
-    /// Mean of the best fitness of each run; with laboratories of the fitness of each seed.
+    /// Mean of the best fitness of each run; with replicates of the fitness of each seed.
     pub mean: f64,
     /// Sample standard deviation.
     pub sd: f64,
     /// Least value, lower quartile, median, upper quartile and greatest value.
     pub five_numbers: [f64; 5],
-    /// Mean fitness of the champions of the runs on unseen plants of the model; `None` for laboratories.
+    /// Mean fitness of the champions of the runs on unseen plants of the model; `None` for replicates.
     pub mean_in_model: Option<f64>,
-    /// Median over seeds of the generation of saturation; `None` for laboratories.
+    /// Median over seeds of the generation of saturation; `None` for replicates.
     pub saturation_generation: Option<f64>,
-    /// Mean number of evaluated genomes of a seed; `None` for laboratories.
+    /// Mean number of evaluated genomes of a seed; `None` for replicates.
     pub evaluations: Option<f64>,
     /// Mean processor time of a seed, in s, over those that were not interrupted; `None` if all were.
     pub cpu_seconds: Option<f64>,
@@ -138,7 +138,7 @@ pub struct SweepRow {
 /// Two settings compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SettingPair {
-    /// World and recipe of laboratories; empty for evolutions.
+    /// Scenario and method of replicates; empty for evolutions.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub case: String,
     /// The comparison.
@@ -146,7 +146,7 @@ pub struct SettingPair {
     pub pair: SamplePair,
 }
 
-/// The finished units of one setting, of one world and recipe.
+/// The finished units of one setting, of one scenario and method.
 struct Group<'u> {
     setting: &'u Setting,
     case: String,
@@ -263,7 +263,7 @@ impl SweepResults {
 pub(super) fn has_one_task(settings: &[Setting]) -> bool {
     let tasks = settings.iter().map(|setting| match &setting.method {
         Method::Evolve(config) => &config.task,
-        Method::Laboratories(config) => &config.task,
+        Method::Replicates(config) => &config.task,
     });
     tasks.clone().zip(tasks.skip(1)).all(|(one, other)| one == other)
 }

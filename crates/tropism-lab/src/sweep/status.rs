@@ -28,7 +28,7 @@ pub struct SweepStatus {
     pub total: usize,
     /// Names of the units that have begun and are not finished.
     pub begun: Vec<String>,
-    /// Generations that are done, of all evolutions; `None` for laboratories.
+    /// Generations that are done, of all evolutions; `None` for replicates.
     pub generations_done: Option<u64>,
     /// Generations of all evolutions.
     pub generations: Option<u64>,
@@ -58,7 +58,7 @@ pub(crate) fn status(folder: &Path) -> Result<SweepStatus, Error> {
             generations_done += evolution.as_ref().map_or(0, EvolutionStatus::generations_done);
         }
     }
-    let is_evolution = !plan.config.is_of_laboratories();
+    let is_evolution = !plan.config.is_of_replicates();
     Ok(SweepStatus {
         sweep: folder.to_owned(),
         is_over: folder.join("sweep.json").exists(),

@@ -1,4 +1,4 @@
-//! One unit of work of a sweep: an evolution or a study of laboratories, of one setting and one seed, in its own folder.
+//! One unit of work of a sweep: an evolution or a study of replicates, of one setting and one seed, in its own folder.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use super::results::{FinishedUnit, UnitFindings, UnitResults};
 use super::{Sweep, UNIT_SCHEMA};
 use crate::evolve::{EvolutionHistory, EvolvePlan};
 use crate::files::{self, FileError};
-use crate::laboratories::LaboratoriesPlan;
+use crate::replicates::ReplicatesPlan;
 use crate::stopwatch::Stopwatch;
 use crate::{Error, Monitor, Workflow};
 
@@ -95,15 +95,16 @@ impl Sweep<'_> {
                 let kept = ["champion.json", "history.csv"].map(str::to_owned).to_vec();
                 (self.is_virtual, found, kept, results.cpu_seconds)
             }
-            Method::Laboratories(config) => {
+            Method::Replicates(config) => {
                 let stopwatch = Stopwatch::start();
                 let mut config = (**config).clone();
                 config.seed = unit.seed;
-                let worlds = config.worlds.iter().map(|world| format!("{}/judged/plants.csv", world.name));
-                let kept = worlds.collect();
-                let plan = LaboratoriesPlan { out: folder.clone(), resume: true, config };
+                let scenarios =
+                    config.scenarios.iter().map(|scenario| format!("{}/judged/plants.csv", scenario.name));
+                let kept = scenarios.collect();
+                let plan = ReplicatesPlan { out: folder.clone(), resume: true, config };
                 let results = plan.execute(monitor)?;
-                (true, UnitFindings::of_laboratories(&results), kept, stopwatch.cpu_seconds())
+                (true, UnitFindings::of_replicates(&results), kept, stopwatch.cpu_seconds())
             }
         };
         let seconds = is_whole.then_some(seconds);

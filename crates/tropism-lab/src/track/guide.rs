@@ -27,7 +27,7 @@ const JPEG_QUALITY: u8 = 82;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GuidePlan {
-    /// Photographs (JPEG, PNG or TIFF), or folders of them.
+    /// Photographs (JPEG, PNG or TIFF), films, or folders of them.
     pub photographs: Vec<PathBuf>,
     /// HTML file of the page. An older guide there is replaced.
     pub page: PathBuf,
@@ -99,6 +99,7 @@ impl Workflow for GuidePlan {
         let found = files::list_photographs(&self.photographs)?;
         found.notes.iter().for_each(|note| monitor.note(note));
         let series = Series::read(&found.files, self.time, self.period_min, self.default_period_min)?;
+        series.notes.iter().chain(&series.warnings).for_each(|note| monitor.note(note));
         let plants = match self.plants.as_slice() {
             [] => Vec::new(),
             plants => place(plants, &self.scale, &self.vision, &series.frames)?,
@@ -119,6 +120,7 @@ impl Workflow for GuidePlan {
             },
             photographs,
         };
+        files::make_folder_of(&self.page)?;
         files::write(&self.page, page.to_html().as_bytes())?;
         Ok(GuideResults { guide: self.page.clone(), shown, series: series.summary() })
     }
@@ -168,7 +170,7 @@ impl GuidePlan {
         let annotations: Vec<Annotation<'_>> = plants
             .iter()
             .zip(&detections)
-            .map(|(plant, (sighting, seen))| Annotation { plant, sighting: sighting.as_ref(), seen })
+            .map(|(plant, (detection, seen))| Annotation { plant, detection: detection.as_ref(), seen })
             .collect();
         annotate(&image, &annotations, lamp_state(&image, None))
     }

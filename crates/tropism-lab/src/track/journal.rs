@@ -9,13 +9,12 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use tropism::geometry::Pixel;
 use tropism::lamps::Light;
 use tropism::vision::{Detection, FrameStatus};
 
 use crate::Error;
 use crate::difference::differences;
-use crate::files::disk;
+use crate::files::{disk, make_folder_of};
 
 const SCHEMA: &str = "tropism.frames/2";
 
@@ -53,28 +52,21 @@ impl FrameDetections {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct PlantDetection {
     pub(super) class: FrameStatus,
-    pub(super) sighting: Option<Detection>,
+    pub(super) detected: Option<Detection>,
 }
 
 impl PlantDetection {
-    /// A detection rounded to a thousandth of a pixel, so that a line of the journal holds all of it.
+    /// A detection [rounded](Detection::rounded), so that a line of the journal holds all of it.
     pub(super) fn new(detected: Result<Detection, FrameStatus>) -> Self {
-        let rounded = |value: f64| (value * 1e3).round() / 1e3;
-        let round = |pixel: Pixel| Pixel::new(rounded(pixel.x), rounded(pixel.y));
         match detected {
-            Err(class) => Self { class, sighting: None },
-            Ok(mut sighting) => {
-                sighting.tip = round(sighting.tip);
-                sighting.apex = sighting.apex.map(round);
-                sighting.stem = sighting.stem.map(|stem| stem.into_iter().map(round).collect());
-                Self { class: FrameStatus::Ok, sighting: Some(sighting) }
-            }
+            Err(class) => Self { class, detected: None },
+            Ok(detected) => Self { class: FrameStatus::Ok, detected: Some(detected.rounded()) },
         }
     }
 
     /// The detection, or the reason why there is none.
     pub(super) fn result(&self) -> Result<Detection, FrameStatus> {
-        self.sighting.clone().ok_or(self.class)
+        self.detected.clone().ok_or(self.class)
     }
 }
 
@@ -92,6 +84,7 @@ impl FrameJournal {
         let head = serde_json::to_string(&Head { schema: SCHEMA, settings });
         let head = head.map_err(Error::at(path.display()))? + "\n";
         let exists = is_resumed && path.exists();
+        make_folder_of(path)?;
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create(true).truncate(!exists).open(path);
         let file = file.map_err(disk("write", path))?;
@@ -168,11 +161,12 @@ impl FrameJournal {
 #[cfg(test)]
 mod tests {
     use serde_json::json;
+    use tropism::geometry::Pixel;
 
     use super::*;
 
     fn detections(frame: &str) -> FrameDetections {
-        let sighting = Detection {
+        let detected = Detection {
             tip: Pixel::new(1.0 / 3.0, 2.0),
             apex: Some(Pixel::new(0.1, 0.2)),
             stem: Some(vec![Pixel::new(5.0, 6.123_456)]),
@@ -184,7 +178,7 @@ mod tests {
             sha256: format!("of {frame}"),
             light: Some(Light::LEFT),
             problem: None,
-            plants: vec![PlantDetection::new(Ok(sighting)), PlantDetection::new(Err(FrameStatus::NoPlant))],
+            plants: vec![PlantDetection::new(Ok(detected)), PlantDetection::new(Err(FrameStatus::NoPlant))],
         }
     }
 

@@ -47,31 +47,36 @@ impl std::fmt::Display for LightSource {
 fn read_table(path: &Path, frames: &[Frame]) -> Result<Vec<Option<Light>>, Error> {
     let file = path.display();
     let text = files::read_text(path)?;
-    let mut lines = text.lines();
+    // Spreadsheets write a byte order mark.
+    let mut lines = text.strip_prefix('\u{feff}').unwrap_or(&text).lines();
     let header = lines.next().unwrap_or_default().trim();
     if header != "frame,light" {
         return Err(Error::Plan(format!("{file}: found the header {header:?}, wanted \"frame,light\"")));
     }
     let mut lights = BTreeMap::new();
     for (index, line) in lines.enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+        // Lines are counted from 1, and the first is the header.
+        let number = index + 2;
         let row = line.split_once(',').and_then(|(frame, word)| {
             let light = lamps::parse(word.trim()).ok()?;
             Some((of_csv_cell(frame.trim()), light))
         });
         let (frame, light) = row.ok_or_else(|| {
-            // Lines are counted from 1, and the first is the header.
-            let number = index + 2;
             Error::Plan(format!(
                 "{file}, line {number}: found {line:?}, wanted a frame and left, right or dark"
             ))
         })?;
-        lights.insert(frame, light);
+        if let Some((_, first)) = lights.insert(frame, (light, number)) {
+            return Err(Error::Plan(format!(
+                "{file}, line {number}: the frame of line {first} again, wanted one row a photograph"
+            )));
+        }
     }
     let light_of = |frame: &Frame| {
         let name = file_name(&frame.path);
         let stem = frame.path.file_stem().unwrap_or_default().to_string_lossy();
         let names = [frame.name.as_str(), &name, stem.as_ref()];
-        let light = names.into_iter().find_map(|name| lights.get(name)).copied();
+        let light = names.into_iter().find_map(|name| lights.get(name)).map(|(light, _)| *light);
         light.ok_or_else(|| Error::Plan(format!("{file}: found no row for frame {name}, wanted one")))
     };
     frames.iter().map(light_of).collect()

@@ -14,7 +14,7 @@ mod overlays;
 mod light;
 mod journal;
 mod table;
-mod doubt;
+mod warning;
 mod provenance;
 mod plan;
 mod locate;
@@ -24,7 +24,6 @@ mod results;
 mod guide;
 
 pub use columns::point_at;
-pub use doubt::{Doubt, DoubtKind, doubts_of};
 pub use guide::{GuidePlan, GuideResults};
 pub use light::LightSource;
 pub use plan::TrackPlan;
@@ -33,6 +32,7 @@ pub use provenance::is_virtual;
 pub use results::{PlantTrack, TrackResults, TrackSettings};
 pub use series::{SeriesSummary, TimeSource};
 pub use table::{CameraMotion, TrackCounts};
+pub use warning::{TrackWarning, WarningKind, warnings_of};
 
 use self::pipeline::Pipeline;
 use self::plan::check_minutes;
@@ -64,6 +64,7 @@ impl Workflow for TrackPlan {
         let found = files::list_photographs(&self.photographs)?;
         found.notes.iter().for_each(|note| monitor.note(note));
         let series = Series::read(&found.files, self.time, self.period_min, self.default_period_min)?;
+        series.notes.iter().for_each(|note| monitor.note(note));
         match self.located(&series.frames, monitor) {
             Some(plan) => plan.track(&series, true, monitor),
             None => self.turned(&series.frames, monitor).track(&series, false, monitor),
@@ -77,6 +78,9 @@ impl TrackPlan {
         let mut plants = place(&self.plants, &self.scale, &self.vision, &series.frames)?;
         plants.iter_mut().for_each(|plant| plant.is_located = is_located);
         let lights = self.light.read(&series.frames)?;
+        if let Some(sheet) = &self.sheet {
+            files::make_folder_of(sheet)?;
+        }
         if let Some(folder) = &self.overlay {
             files::make_folder(folder)?;
         }

@@ -27,7 +27,7 @@ const JPEG_QUALITY: u8 = 85;
 /// What to draw of one plant in one photograph.
 pub(super) struct Annotation<'a> {
     pub(super) plant: &'a Plant,
-    pub(super) sighting: Option<&'a Detection>,
+    pub(super) detection: Option<&'a Detection>,
     pub(super) seen: &'a TrackedFrame,
 }
 
@@ -144,18 +144,18 @@ fn draw(
     has_regions: bool,
 ) -> Image {
     let mut picture = image.clone();
-    for Annotation { plant, sighting, seen } in annotations {
-        let accepted = sighting.filter(|_| seen.is_measured()).map(|sighting| {
-            let mut sighting = sighting.clone();
-            sighting.tip = to_picture(sighting.tip);
-            sighting.apex = sighting.apex.map(&to_picture);
-            sighting.stem = sighting.stem.map(|stem| stem.into_iter().map(&to_picture).collect());
-            sighting
+    for Annotation { plant, detection, seen } in annotations {
+        let accepted = detection.filter(|_| seen.is_measured()).map(|detection| {
+            let mut detection = detection.clone();
+            detection.tip = to_picture(detection.tip);
+            detection.apex = detection.apex.map(&to_picture);
+            detection.stem = detection.stem.map(|stem| stem.into_iter().map(&to_picture).collect());
+            detection
         });
         let held = seen.observation.as_ref().filter(|_| !seen.is_measured());
         let marks = OverlayMarks {
             detection: accepted.as_ref(),
-            held: held.map(|observation| to_picture(plant.calibration.pixel(observation.tip))),
+            carried_forward: held.map(|observation| to_picture(plant.calibration.pixel(observation.tip))),
             crop: plant.region.filter(|_| has_regions),
             base: Some(to_picture(plant.calibration.base)),
             light,

@@ -132,7 +132,7 @@ impl<'a> Pipeline<'a> {
         self.journal.add(&new)?;
         monitor.advance(new.len() as u64);
         let counts = &self.tables[0].counts;
-        monitor.status(&format!("{} measured, {} held", counts.measured, counts.held));
+        monitor.status(&format!("{} measured, {} carried forward", counts.measured, counts.carried_forward));
         Ok(())
     }
 
@@ -156,19 +156,19 @@ impl<'a> Pipeline<'a> {
             let result = if is_repeated { Err(FrameStatus::Repeated) } else { detection.result() };
             let tracked = tracker.update(result, frame.time_s);
             // A stem whose end is unknown is not written down.
-            let mut sighting = detection.sighting.clone();
-            if let Some(sighting) = sighting.as_mut().filter(|_| !tracker.has_measured_stem()) {
-                (sighting.stem, sighting.apex) = (None, None);
+            let mut detected = detection.detected.clone();
+            if let Some(detected) = detected.as_mut().filter(|_| !tracker.has_measured_stem()) {
+                (detected.stem, detected.apex) = (None, None);
             }
-            table.add(frame, sighting.as_ref(), tracked.clone(), light);
-            seen.push((sighting, tracked));
+            table.add(frame, detected.as_ref(), tracked.clone(), light);
+            seen.push((detected, tracked));
         }
         let Some(image) = &photo.image else { return Ok(()) };
         let annotations: Vec<Annotation<'_>> = self
             .plants
             .iter()
             .zip(&seen)
-            .map(|(plant, (sighting, seen))| Annotation { plant, sighting: sighting.as_ref(), seen })
+            .map(|(plant, (detected, seen))| Annotation { plant, detection: detected.as_ref(), seen })
             .collect();
         self.overlays.add(index, &frame.name, image, &annotations, light)
     }

@@ -21,7 +21,7 @@ pub(super) const SCHEMA: &str = "tropism.track/1";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrackPlan {
-    /// Photographs (JPEG, PNG or TIFF), or folders of them.
+    /// Photographs (JPEG, PNG or TIFF), films, or folders of them.
     pub photographs: Vec<PathBuf>,
     /// CSV file of the track; with several plants `track.csv` becomes `track-NAME.csv`. Beside it are written the same name
     /// with `.json` and, one for all plants, with `.frames.jsonl`.

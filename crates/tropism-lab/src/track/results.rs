@@ -8,7 +8,6 @@ use tropism::geometry::Region;
 use tropism::text::plural;
 use tropism::vision::{Calibration, Direction, VisionConfig};
 
-use super::doubt::{Doubt, Evidence};
 use super::light::LightSource;
 use super::pipeline::Pipeline;
 use super::plan::{SCHEMA, TrackPlan};
@@ -16,6 +15,7 @@ use super::plants::{Plant, TrackScale};
 use super::provenance::are_virtual;
 use super::series::{SeriesSummary, TimeSource};
 use super::table::TrackCounts;
+use super::warning::{Evidence, TrackWarning};
 use crate::{Error, files};
 
 /// The tracks of a series of photographs.
@@ -59,7 +59,7 @@ pub struct PlantTrack {
     /// Whether the photographs were taken to have nothing to do with each other.
     pub is_each: bool,
     /// What speaks against the track; a model is fitted to it only if the plan says so.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<TrackWarning>,
     /// SHA-256 of the digests of all photographs, one after the other.
     pub photographs_sha256: String,
     /// What is wrong with which file.
@@ -152,6 +152,7 @@ impl Pipeline<'_> {
                 // The camera of the virtual tent is the paper's.
                 is_scale_assumed: calibration_is_assumed && !is_virtual,
                 is_unrelated: self.plan.each,
+                times: &self.series.warnings,
                 up: self.plan.vision.up,
             };
             let results = PlantTrack {
@@ -167,7 +168,7 @@ impl Pipeline<'_> {
                 calibration_is_assumed,
                 is_located: plant.is_located,
                 is_each: self.plan.each,
-                doubts: evidence.doubts(),
+                warnings: evidence.warnings(),
                 photographs_sha256: photographs_sha256.clone(),
                 problems: self.problems.clone(),
                 settings: settings.clone(),

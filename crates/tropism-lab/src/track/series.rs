@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use tropism::math::statistics::median;
 use tropism::parallel;
-use tropism::photo::{natural_order, time_in_name};
+use tropism::photo::{NameTimes, jump_of_clock, natural_order, times_in_names};
+use tropism::text::plural;
 
 use crate::{Error, files};
 
@@ -48,6 +49,10 @@ pub(super) struct Series {
     pub(super) period_min: f64,
     /// Photographs whose place in time is not the one that their names are numbered by.
     pub(super) reordered: usize,
+    /// What may be wrong with the times: a sentence each.
+    pub(super) warnings: Vec<String>,
+    /// What was corrected: a sentence each.
+    pub(super) notes: Vec<String>,
 }
 
 /// Order and times of a series in numbers. It displays as a few words.
@@ -78,19 +83,52 @@ impl Series {
         let exif = || -> Vec<Option<f64>> {
             parallel::map(paths.len(), |photo| files::read_header(&paths[photo]).ok()?.taken_s)
         };
-        let named =
-            || -> Vec<Option<f64>> { paths.iter().map(|path| time_in_name(&file_name(path))).collect() };
+        let named = || {
+            let texts: Vec<String> = paths.iter().map(|path| files::name_text(path.as_os_str())).collect();
+            let mut found = times_in_names(&texts);
+            if found.times.is_empty() {
+                found.times = vec![None; paths.len()];
+            }
+            found
+        };
+        let (mut warnings, mut notes) = (Vec::new(), Vec::new());
         let (time_from, times) = match source {
             TimeSource::Even => (TimeSource::Even, None),
             TimeSource::Exif => (TimeSource::Exif, Some(exif())),
-            TimeSource::Name => (TimeSource::Name, Some(named())),
-            TimeSource::Auto => [(TimeSource::Exif, exif()), (TimeSource::Name, named())]
-                .into_iter()
-                .find(|(_, times)| are_informative(times))
-                .map_or((TimeSource::Even, None), |(from, times)| (from, Some(times))),
+            TimeSource::Name => {
+                let found = named();
+                // Whoever names the source accepts its form, but not a clock that was set.
+                warnings.extend(found.warnings.into_iter().filter(|warning| !warning.contains("ambiguous")));
+                notes = found.notes;
+                (TimeSource::Name, Some(found.times))
+            }
+            TimeSource::Auto => {
+                let (exif, names) = (exif(), named());
+                if are_informative(&exif) {
+                    warnings.extend(disagreement(&exif, &names));
+                    (TimeSource::Exif, Some(exif))
+                } else {
+                    let is_read = are_informative(&names.times);
+                    (warnings, notes) = (names.warnings, names.notes);
+                    (
+                        if is_read { TimeSource::Name } else { TimeSource::Even },
+                        is_read.then_some(names.times),
+                    )
+                }
+            }
         };
+        warnings.iter_mut().for_each(|warning| *warning += ": give `time` or `period_min`");
         let Some(times) = times else {
-            return Ok(Self::even(paths, period_min.unwrap_or(default_period_min)));
+            let mut series = Self::even(paths, period_min.unwrap_or(default_period_min));
+            if period_min.is_none() && paths.iter().any(|path| is_picture_of_film(path)) {
+                warnings.push(format!(
+                    "the pictures of a film or of a file of pages have no times, and are taken to be {default_period_min} min \
+                     apart: give `period_min`"
+                ));
+            }
+            // Whoever says that the photographs are counted has seen the names.
+            series.warnings = if source == TimeSource::Even { Vec::new() } else { warnings };
+            return Ok(series);
         };
         if !are_informative(&times) {
             let found = times.iter().flatten().count();
@@ -101,19 +139,34 @@ impl Series {
             )));
         }
         let period_min = period_min.or_else(|| median_interval(&times).map(|seconds| seconds / 60.0));
-        Ok(Self::timed(paths, time_from, &times, period_min.unwrap_or(default_period_min)))
+        let mut series = Self::timed(paths, time_from, &times, period_min.unwrap_or(default_period_min));
+        if time_from == TimeSource::Exif {
+            warnings.extend(jump_of_clock(&times));
+            warnings.extend(series.disorder());
+        }
+        series.warnings = warnings;
+        series.notes = notes;
+        Ok(series)
     }
 
     fn even(paths: &[PathBuf], period_min: f64) -> Self {
-        let file_names: Vec<String> = paths.iter().map(|path| file_name(path)).collect();
+        let mut file_names: Vec<String> = paths.iter().map(|path| file_name(path)).collect();
+        let mut named: Vec<(String, &PathBuf)> = names(paths).into_iter().zip(paths).collect();
+        let mut notes = Vec::new();
+        if let Some(first) = roll_over(&file_names) {
+            notes.push(format!("the numbers begin anew after {}", file_names[file_names.len() - 1]));
+            named.rotate_left(first);
+            file_names.rotate_left(first);
+        }
         let steps = numbered_steps(&file_names).unwrap_or_else(|| (0..paths.len() as u32).collect());
-        let frames = names(paths).into_iter().zip(paths).zip(steps).map(|((name, path), step)| Frame {
+        let frames = named.into_iter().zip(steps).map(|((name, path), step)| Frame {
             path: path.clone(),
             name,
             step,
             time_s: f64::from(step) * period_min * 60.0,
         });
-        Self { frames: frames.collect(), time_from: TimeSource::Even, period_min, reordered: 0 }
+        let frames = frames.collect();
+        Self { frames, time_from: TimeSource::Even, period_min, reordered: 0, warnings: Vec::new(), notes }
     }
 
     fn timed(paths: &[PathBuf], time_from: TimeSource, times: &[Option<f64>], period_min: f64) -> Self {
@@ -131,7 +184,24 @@ impl Series {
             frames.push(Frame { path: paths[index].clone(), name: names[index].clone(), step, time_s });
         }
         let reordered = order.iter().enumerate().filter(|&(place, &index)| place != index).count();
-        Self { frames, time_from, period_min, reordered }
+        Self { frames, time_from, period_min, reordered, warnings: Vec::new(), notes: Vec::new() }
+    }
+
+    /// Whether numbers of names that count the photographs give another order than the times do.
+    fn disorder(&self) -> Option<String> {
+        let mut names: Vec<String> = self.frames.iter().map(|frame| file_name(&frame.path)).collect();
+        let in_time = names.clone();
+        names.sort_by_cached_key(|name| natural_order(name));
+        let anew = roll_over(&names).unwrap_or(0);
+        names.rotate_left(anew);
+        let elsewhere = names.iter().zip(&in_time).filter(|(one, other)| one != other).count();
+        (elsewhere > 0 && numbered_steps(&names).is_some()).then(|| {
+            format!(
+                "the Exif times of {} give another order than the numbers in their names: the camera's clock was set, or the \
+                 files were numbered anew: give `time`",
+                plural(elsewhere, "photograph")
+            )
+        })
     }
 
     /// Steps without a photograph.
@@ -185,12 +255,31 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
     paths.iter().map(|path| files::name_text(path.as_os_str())).collect()
 }
 
-/// Steps between two photographs on average, above which the numbers in their names count something else; chosen by hand.
-const MAX_STEPS_EACH: u64 = 20;
+/// Whether Exif headers and names disagree on more than a twentieth of the photographs, by more than half of the median
+/// interval and a minute. By the same everywhere is no disagreement: a camera's clock may have another time zone.
+fn disagreement(exif: &[Option<f64>], names: &NameTimes) -> Option<String> {
+    let differences: Vec<f64> =
+        exif.iter().zip(&names.times).filter_map(|(exif, name)| Some((*exif)? - (*name)?)).collect();
+    if !names.is_plain || 2 * differences.len() <= exif.len() {
+        return None;
+    }
+    let middle = median(&differences);
+    let most = (0.5 * median_interval(exif)?).max(60.0);
+    let apart = differences.iter().filter(|difference| (*difference - middle).abs() > most).count();
+    (20 * apart > differences.len()).then(|| {
+        format!("Exif headers and names disagree on when {} were taken", plural(apart, "photograph"))
+    })
+}
 
-/// The steps of photographs whose names differ in one number that rises by the same from most of them to the next: where it
-/// rises by more, photographs are missing. `None` if the names are not numbered so.
-fn numbered_steps(names: &[String]) -> Option<Vec<u32>> {
+/// Whether this is a page of a file, or a picture that was taken out of a film.
+fn is_picture_of_film(path: &Path) -> bool {
+    let name = file_name(path);
+    let number = name.rsplit_once('#').map(|(_, number)| number.trim_end_matches(".jpg"));
+    number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+/// The only part of names that differs, and each name's number there; `None` if they differ in more.
+fn numbers_of(names: &[String]) -> Option<(usize, Vec<u64>)> {
     let keys: Vec<Vec<(String, u128, String)>> = names.iter().map(|name| natural_order(name)).collect();
     let first = keys.first()?;
     let differs = |at: &usize| keys.iter().any(|key| key.get(*at).map(|part| part.1) != Some(first[*at].1));
@@ -200,7 +289,36 @@ fn numbered_steps(names: &[String]) -> Option<Vec<u32>> {
     if keys.iter().any(|key| words(key) != words(first)) {
         return None;
     }
-    let numbers: Vec<u64> = keys.iter().map(|key| key[counter].1.try_into().ok()).collect::<Option<_>>()?;
+    let numbers = keys.iter().map(|key| key[counter].1.try_into().ok()).collect::<Option<_>>()?;
+    let digits = keys.iter().map(|key| key[counter].2.len()).max()?;
+    Some((digits, numbers))
+}
+
+/// The first photograph of a series whose numbers have begun anew, as cameras do after `DSC09999`: the numbers of names, in
+/// their order, lie at both ends of the range, with one wide gap between them.
+fn roll_over(names: &[String]) -> Option<usize> {
+    let (digits, numbers) = numbers_of(names)?;
+    let range = 10_u64.checked_pow(digits as u32)?;
+    // `DSC09999` has five digits, of which four count.
+    let range = if *numbers.last()? < range / 10 { range / 10 } else { range };
+    let (wide, first) =
+        numbers.windows(2).zip(1..).map(|(pair, at)| (pair[1].saturating_sub(pair[0]), at)).max()?;
+    let is_at_ends = numbers[0] <= 1 && *numbers.last()? == range - 1;
+    (is_at_ends && digits >= 3 && wide > range / 2).then_some(first)
+}
+
+/// Steps between two photographs on average, above which the numbers in their names count something else; chosen by hand.
+const MAX_STEPS_EACH: u64 = 20;
+
+/// The steps of photographs whose names differ in one number that rises by the same from most of them to the next: where it
+/// rises by more, photographs are missing. `None` if the names are not numbered so.
+fn numbered_steps(names: &[String]) -> Option<Vec<u32>> {
+    let (_, mut numbers) = numbers_of(names)?;
+    // Numbers that begin anew go on.
+    if let Some(anew) = numbers.windows(2).position(|pair| pair[1] < pair[0]) {
+        let offset = numbers[anew] + 1 - numbers[anew + 1];
+        numbers[anew + 1..].iter_mut().for_each(|number| *number += offset);
+    }
     let rises: Vec<u64> = numbers
         .windows(2)
         .map(|pair| pair[1].checked_sub(pair[0]).filter(|&rise| rise > 0))
@@ -326,8 +444,35 @@ mod tests {
         let names = ["a_20240501_1200_1.jpg", "a_20240501_1200_2.jpg", "a_20240501_1200_3.jpg"];
         assert_eq!(series(&names, None).time_from, TimeSource::Even);
         let error = Series::read(&paths(&names), TimeSource::Name, None, 5.0).unwrap_err().to_string();
-        assert!(error.contains("names of 3 of 3 photographs, wanted different ones"), "{error}");
+        assert!(error.contains("names of 0 of 3 photographs, wanted different ones"), "{error}");
         assert!(Series::read(&paths(&names), TimeSource::Exif, None, 5.0).is_err());
+    }
+
+    #[test]
+    fn numbers_that_begin_anew_go_on() {
+        let series =
+            series(&["DSC00001.jpg", "DSC00002.jpg", "DSC09997.jpg", "DSC09998.jpg", "DSC09999.jpg"], None);
+        let found: Vec<_> = steps(&series).iter().map(|step| (step.0, step.1)).collect();
+        let wanted = ["DSC09997.jpg", "DSC09998.jpg", "DSC09999.jpg", "DSC00001.jpg", "DSC00002.jpg"];
+        assert_eq!(found, wanted.into_iter().zip(0..).collect::<Vec<_>>());
+        assert!(series.notes[0].contains("begin anew after DSC09999.jpg"), "{:?}", series.notes);
+    }
+
+    #[test]
+    fn headers_and_names_are_compared() {
+        let names: Vec<String> = (0..20).map(|minute| format!("b_20240501_12{minute:02}00.jpg")).collect();
+        let names = times_in_names(&names);
+        let zone: Vec<_> = names.times.iter().map(|time| time.map(|time| time + 7_200.0)).collect();
+        assert_eq!(disagreement(&zone, &names), None);
+        let copied: Vec<_> = (0..20).map(|second| Some(1.7e9 + 2.0 * f64::from(second))).collect();
+        assert!(disagreement(&copied, &names).is_some_and(|problem| problem.contains("disagree")));
+    }
+
+    #[test]
+    fn pages_and_pictures_of_films_need_a_period() {
+        let pages = ["film.mp4#000000.jpg", "film.mp4#000001.jpg"];
+        assert!(series(&pages, None).warnings[0].contains("give `period_min`"));
+        assert_eq!(series(&pages, Some(1.0)).warnings, [""; 0]);
     }
 
     #[test]

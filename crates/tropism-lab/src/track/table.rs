@@ -26,7 +26,7 @@ struct Row {
     confidence: f64,
     /// The detected tip, accepted or not, for the smoother.
     glance: TipMeasurement,
-    /// `None` if the tip is held.
+    /// `None` if the tip is carried forward.
     measurement: Option<Measurement>,
 }
 
@@ -65,8 +65,8 @@ pub struct TrackCounts {
     pub frames: usize,
     /// Photographs with a measured tip.
     pub measured: usize,
-    /// Photographs whose tip is held from an earlier one.
-    pub held: usize,
+    /// Photographs whose tip is carried forward from an earlier one.
+    pub carried_forward: usize,
     /// Photographs before the first measured tip; they have no row in the track.
     pub before: usize,
     /// Photographs by [`FrameStatus`].
@@ -100,9 +100,9 @@ pub struct CameraMotion {
 }
 
 impl CameraMotion {
-    fn add(&mut self, frame: &str, sighting: &Detection) {
-        self.unknown += usize::from(sighting.is_unregistered);
-        let shift_px = sighting.camera_shift.distance(Pixel::default());
+    fn add(&mut self, frame: &str, detection: &Detection) {
+        self.unknown += usize::from(detection.is_unregistered);
+        let shift_px = detection.camera_shift.distance(Pixel::default());
         if shift_px > 0.0 {
             self.moved += 1;
             self.first.get_or_insert_with(|| frame.to_owned());
@@ -128,14 +128,14 @@ impl Table {
     pub(super) fn add(
         &mut self,
         frame: &Frame,
-        sighting: Option<&Detection>,
+        detection: Option<&Detection>,
         seen: TrackedFrame,
         light: Option<Light>,
     ) {
-        self.count(frame, sighting, &seen, light);
+        self.count(frame, detection, &seen, light);
         let is_measured = seen.is_measured();
         let Some(observation) = seen.observation else { return };
-        let shift = sighting.map_or_else(Pixel::default, |sighting| sighting.camera_shift);
+        let shift = detection.map_or_else(Pixel::default, |detection| detection.camera_shift);
         let last = self.rows.last().map_or(f64::NEG_INFINITY, |row| row.glance.time);
         let glance = TipMeasurement {
             time: (frame.time_s / (60.0 * SMOOTHER_UNIT_MIN)).max(last + LEAST_INTERVAL),
@@ -143,11 +143,11 @@ impl Table {
             is_accepted: is_measured,
         };
         // The observation holds the stem of an earlier photograph where this one shows none.
-        let stem = observation.stem.filter(|_| sighting.is_some_and(|sighting| sighting.stem.is_some()));
+        let stem = observation.stem.filter(|_| detection.is_some_and(|detection| detection.stem.is_some()));
         let measurement = seen.tip_px.filter(|_| is_measured).map(|top| Measurement {
             shift,
             top,
-            apex: sighting.and_then(|sighting| sighting.apex),
+            apex: detection.and_then(|detection| detection.apex),
             length_cm: stem.as_ref().map(|stem| stem.length()),
             stem: stem.map(|stem| stem.resampled(STEM_POINTS).0).unwrap_or_default(),
         });
@@ -172,7 +172,7 @@ impl Table {
     fn count(
         &mut self,
         frame: &Frame,
-        sighting: Option<&Detection>,
+        detection: Option<&Detection>,
         seen: &TrackedFrame,
         light: Option<Light>,
     ) {
@@ -191,24 +191,24 @@ impl Table {
             self.gap += 1;
             counts.longest_gap = counts.longest_gap.max(self.gap);
         }
-        if let Some(sighting) = sighting {
-            self.feet.extend(foot(sighting, self.calibration.base).filter(|_| is_measured));
+        if let Some(detection) = detection {
+            self.feet.extend(foot(detection, self.calibration.base).filter(|_| is_measured));
             if !self.is_unrelated {
-                counts.camera.add(&frame.name, sighting);
+                counts.camera.add(&frame.name, detection);
             }
-            counts.touched += usize::from(sighting.has_second_foot);
-            if let Some(edge) = sighting.clipped_at {
+            counts.touched += usize::from(detection.has_second_foot);
+            if let Some(edge) = detection.clipped_at {
                 *counts.leaves_view_at.entry(edge.name()).or_default() += 1;
             }
         }
         match (&seen.observation, is_measured) {
             (None, _) => counts.before += 1,
             (Some(_), true) => counts.measured += 1,
-            (Some(_), false) => counts.held += 1,
+            (Some(_), false) => counts.carried_forward += 1,
         }
     }
 
-    /// The track, with further columns of what was measured, empty where the tip is held, and of the smoothed tip. `None` if
+    /// The track, with further columns of what was measured, empty where the tip is carried forward, and of the smoothed tip. `None` if
     /// the plant was never detected.
     pub(super) fn track(&self) -> Option<Track> {
         if self.rows.is_empty() {
@@ -265,10 +265,10 @@ impl Table {
 
 /// The lowest detected point of the stem, as if the camera had not moved. Where the detection extends the stem straight down
 /// to `base`, it is the point above that.
-fn foot(sighting: &Detection, base: Pixel) -> Option<Pixel> {
-    let shift = sighting.camera_shift;
+fn foot(detection: &Detection, base: Pixel) -> Option<Pixel> {
+    let shift = detection.camera_shift;
     let at_rest = |pixel: &Pixel| Pixel::new(pixel.x - shift.x, pixel.y - shift.y);
-    sighting.stem.as_deref()?.iter().map(at_rest).find(|pixel| pixel.distance(base) > 1e-6)
+    detection.stem.as_deref()?.iter().map(at_rest).find(|pixel| pixel.distance(base) > 1e-6)
 }
 
 /// Adds the columns `NAME_x_UNIT` and `NAME_y_UNIT` of a point.

@@ -19,7 +19,7 @@ use crate::model::Model;
 /// Distance of measured and true tip from which the tip is misread, in cm: half of [`MISS_CM`](tropism::task::MISS_CM).
 const MISREAD_CM: f64 = 0.5;
 
-/// Share of misread steps before a target from which misreading counts as the cause. Chosen: a held tip of three steps in the
+/// Share of misread steps before a target from which misreading counts as the cause. Chosen: a tip carried forward of three steps in the
 /// half day before a target is less.
 const MISREAD_SHARE: f64 = 0.1;
 

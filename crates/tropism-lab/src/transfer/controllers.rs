@@ -24,7 +24,7 @@ pub struct NamedController {
 /// Where a controller comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ControllerSource {
-    /// A controller without a file, such as `chase`.
+    /// A controller without a file, such as `greedy`.
     Named(NamedController),
     /// A champion file, a network alone, a rule file, or a folder of them.
     Path(PathBuf),
@@ -182,12 +182,12 @@ mod tests {
         put("champions/run-01.json", &champion(2));
         put("champions/notes.json", "{\"schema\": \"tropism.model/2\"}");
         let sources = [
-            ControllerSource::Named(named("chase", ControllerSpec::Greedy)),
+            ControllerSource::Named(named("greedy", ControllerSpec::Greedy)),
             ControllerSource::Path(folder.path().to_owned()),
         ];
         let names: Vec<String> =
             read_controllers(&sources).unwrap().into_iter().map(|one| one.name).collect();
-        assert_eq!(names, ["chase", "run-00", "run-01"]);
+        assert_eq!(names, ["greedy", "run-00", "run-01"]);
         let twice = [ControllerSource::Path(folder.path().join("champion.json")), sources[1].clone()];
         let error = read_controllers(&twice).unwrap_err().to_string();
         assert!(error.contains("found champion and run-00 to be the same controller"), "{error}");
@@ -215,9 +215,9 @@ mod tests {
             check(controllers, &Layout::default(), 5.0).unwrap_err().to_string()
         };
         assert!(error(&[]).contains("found no `controllers`"));
-        let chase = named("chase", ControllerSpec::Greedy);
-        assert!(error(&[chase.clone(), chase.clone()]).contains("found chase twice"));
+        let greedy = named("greedy", ControllerSpec::Greedy);
+        assert!(error(&[greedy.clone(), greedy.clone()]).contains("found greedy twice"));
         assert!(error(&[named("a/b", ControllerSpec::Greedy)]).contains("found the name \"a/b\""));
-        check(&[chase, named("periodic-6h", ControllerSpec::default())], &Layout::default(), 5.0).unwrap();
+        check(&[greedy, named("periodic-6h", ControllerSpec::default())], &Layout::default(), 5.0).unwrap();
     }
 }

@@ -6,7 +6,7 @@
 //! an interruption changes a result. `docs/how-to/compare-controllers.md` says how to judge fairly.
 
 mod controllers;
-mod ceiling;
+mod optimum;
 mod steer;
 mod causes;
 mod results;
@@ -31,7 +31,7 @@ pub use self::controllers::{ControllerSource, NamedController, read_controllers}
 pub use self::results::{
     ArrivalResults, ControllerPair, ControllerResults, SeenTurns, Share, TargetResults, TransferResults,
 };
-use self::results::{Ceiling, Judge, PlantResult, Scores};
+use self::results::{Judge, Optimum, PlantResult, Scores};
 pub(crate) use self::status::status;
 pub use self::status::{SteeredPlants, TransferStatus};
 use crate::controller::ControllerSpec;
@@ -46,7 +46,7 @@ use crate::{Error, Monitor, Workflow, files};
 
 /// Number of plants that a claim on a controller takes (`docs/how-to/compare-controllers.md`): the standard error of the mean is
 /// then 0.3 cm.
-pub const JUDGING_PLANTS: u32 = 90;
+pub const TEST_PLANTS: u32 = 90;
 
 /// The latest plan, in the folder of a comparison: it needs no other file to go on.
 const PLAN: &str = "plan.json";
@@ -81,10 +81,10 @@ pub struct TransferPlan {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model: Option<PathBuf>,
     /// Whether to search the best schedule of lamps for each plant.
-    pub ceiling: bool,
+    pub optimum: bool,
     /// Name of the controller that stands for what a rule without knowledge of the future can reach.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub bound: Option<String>,
+    pub reference: Option<String>,
     /// Seed of the plants and of the bootstrap.
     pub seed: u64,
     /// Whether to continue a comparison in `out`.
@@ -98,10 +98,10 @@ impl Default for TransferPlan {
         let named = |name: &str, controller| NamedController { name: name.to_owned(), controller };
         Self {
             controllers: vec![
-                named("chase", ControllerSpec::Greedy),
+                named("greedy", ControllerSpec::Greedy),
                 named("periodic", ControllerSpec::default()),
             ],
-            plants: JUDGING_PLANTS,
+            plants: TEST_PLANTS,
             plant_seeds: None,
             task: Task::default(),
             random_targets: false,
@@ -109,8 +109,8 @@ impl Default for TransferPlan {
             period_min: PAPER_PERIOD_MIN,
             photographs: false,
             model: None,
-            ceiling: false,
-            bound: None,
+            optimum: false,
+            reference: None,
             seed: 1,
             resume: false,
             out: "transfer".into(),
@@ -160,11 +160,11 @@ impl Workflow for TransferPlan {
             }
             Some(_) => {}
         }
-        match &self.bound {
-            Some(bound) if !self.controllers.iter().any(|one| one.name == *bound) => {
+        match &self.reference {
+            Some(reference) if !self.controllers.iter().any(|one| one.name == *reference) => {
                 let names: Vec<&str> = self.controllers.iter().map(|one| one.name.as_str()).collect();
                 return Err(Error::Plan(format!(
-                    "found `bound` {bound}, wanted one of {}",
+                    "found `reference` {reference}, wanted one of {}",
                     names.join(", ")
                 )));
             }
@@ -259,7 +259,7 @@ impl TransferPlan {
     fn other_plan(&self) -> Option<Error> {
         let found = Self::of_folder(&self.out).ok().filter(|_| self.resume)?;
         let deciding = |plan: &Self| {
-            serde_json::to_value(Self { model: None, ceiling: false, bound: None, ..plan.clone() }).ok()
+            serde_json::to_value(Self { model: None, optimum: false, reference: None, ..plan.clone() }).ok()
         };
         let (found, wanted) = (deciding(&found)?, deciding(self)?);
         (found != wanted).then(|| other_settings(&self.out.join(PLAN), "a comparison", &found, &wanted))
@@ -276,8 +276,8 @@ impl TransferPlan {
     }
 
     /// The track file of a plant, from 0, under the best schedule that was found.
-    fn ceiling_path(&self, plant: usize) -> PathBuf {
-        self.out.join("ceilings").join(format!("plant-{:04}.csv", plant + 1))
+    fn optimum_path(&self, plant: usize) -> PathBuf {
+        self.out.join("optima").join(format!("plant-{:04}.csv", plant + 1))
     }
 
     /// The track file of a plant, from 0, under controller number `controller`.
@@ -302,7 +302,7 @@ impl TransferPlan {
     /// Steers all plants with all controllers, and judges the tracks.
     fn scores(&self, model: Option<&Model>, monitor: &dyn Monitor) -> Result<Scores, Error> {
         let seeds = self.seeds();
-        let ceilings = if self.ceiling { seeds.len() } else { 0 };
+        let optima = if self.optimum { seeds.len() } else { 0 };
         let tasks = self.tasks(monitor)?;
         let units: Vec<(usize, usize)> = (0..self.controllers.len())
             .flat_map(|controller| (0..seeds.len()).map(move |plant| (controller, plant)))
@@ -323,19 +323,19 @@ impl TransferPlan {
         let judged: Option<Vec<PlantResult>> = all(&units, unit)?;
         let judged = judged.ok_or_else(|| self.interrupted())?;
         let plants: Vec<Vec<PlantResult>> = judged.chunks(seeds.len()).map(<[_]>::to_vec).collect();
-        if ceilings == 0 {
-            return Ok(Scores { tasks, plants, ceilings: None });
+        if optima == 0 {
+            return Ok(Scores { tasks, plants, optima: None });
         }
-        monitor.stage("searching schedules", ceilings as u64);
-        let numbers: Vec<usize> = (0..ceilings).collect();
-        let found = all(&numbers, |&plant| self.ceiling_of(plant, seeds[plant], &tasks[plant], monitor))?;
-        let mut ceilings: Vec<Ceiling> = found.ok_or_else(|| self.interrupted())?;
+        monitor.stage("searching schedules", optima as u64);
+        let numbers: Vec<usize> = (0..optima).collect();
+        let found = all(&numbers, |&plant| self.optimum_of(plant, seeds[plant], &tasks[plant], monitor))?;
+        let mut optima: Vec<Optimum> = found.ok_or_else(|| self.interrupted())?;
         if !self.photographs {
-            for (plant, ceiling) in ceilings.iter_mut().enumerate() {
-                plants.iter().for_each(|plants| ceiling.raise(&plants[plant]));
+            for (plant, optimum) in optima.iter_mut().enumerate() {
+                plants.iter().for_each(|plants| optimum.raise(&plants[plant]));
             }
         }
-        Ok(Scores { tasks, plants, ceilings: Some(ceilings) })
+        Ok(Scores { tasks, plants, optima: Some(optima) })
     }
 
     fn interrupted(&self) -> Error {
@@ -364,27 +364,27 @@ impl TransferPlan {
         Ok(track)
     }
 
-    /// The ceiling of a plant, from its file if it is there, else searched; `None` if interrupted.
-    fn ceiling_of(
+    /// The optimum of a plant, from its file if it is there, else searched; `None` if interrupted.
+    fn optimum_of(
         &self,
         plant: usize,
         seed: u64,
         task: &Task,
         monitor: &dyn Monitor,
-    ) -> Result<Option<Ceiling>, Error> {
-        let path = self.ceiling_path(plant);
+    ) -> Result<Option<Optimum>, Error> {
+        let path = self.optimum_path(plant);
         if path.exists() {
             monitor.skip(1);
         } else {
             let trial = self.trial();
-            let found = ceiling::search(&trial.specimen(seed), task, &|| monitor.may_go_on());
+            let found = optimum::search(&trial.specimen(seed), task, &|| monitor.may_go_on());
             let Some(mut schedule) = found else { return Ok(None) };
-            files::make_folder(&self.out.join("ceilings"))?;
+            files::make_folder(&self.out.join("optima"))?;
             files::write_track(&path, &trial.grow(seed, &mut schedule, task, &mut unwatched))?;
             monitor.advance(1);
         }
         let track = self.read_track(&path)?;
-        Ok(Some(Ceiling { fitness: task.fitness(&track), is_done: task.is_done(&track) }))
+        Ok(Some(Optimum { fitness: task.fitness(&track), is_done: task.is_done(&track) }))
     }
 }
 

@@ -106,8 +106,8 @@ impl TransferPlan {
         head.extend(has_done.then(|| "Whole task".to_owned()));
         let has_seen = results.controllers.iter().any(|controller| controller.by_photographs.is_some());
         head.extend(has_seen.then(|| "Turns by photographs".to_owned()));
-        head.extend(results.bound.as_ref().map(|bound| format!("Of {bound}")));
-        head.extend(results.mean_ceiling.map(|_| "Of the ceiling".to_owned()));
+        head.extend(results.reference.as_ref().map(|reference| format!("Of {reference}")));
+        head.extend(results.mean_optimum.map(|_| "Of the optimum".to_owned()));
         let row = |controller: &ControllerResults| {
             let ControllerResults { name, mean, interval, sd, quantiles, under_9, under_6, .. } = controller;
             let mut row = vec![
@@ -126,8 +126,8 @@ impl TransferPlan {
                 let share = percent(seen.done.map(|done| done.share));
                 format!("{:.2}, whole task {share}", seen.mean)
             }));
-            row.extend(results.bound.as_ref().map(|_| percent(controller.share_of_bound)));
-            row.extend(results.mean_ceiling.map(|_| percent(controller.share_of_ceiling)));
+            row.extend(results.reference.as_ref().map(|_| percent(controller.share_of_reference)));
+            row.extend(results.mean_optimum.map(|_| percent(controller.share_of_optimum)));
             row
         };
         let mut caption = format!(
@@ -154,13 +154,13 @@ impl TransferPlan {
             caption += " Turns are those of the true stem in the tent; beside them is what the photographs alone say, in which \
                         the pole hides the end of the stem for hours.";
         }
-        if let Some(ceiling) = results.mean_ceiling {
+        if let Some(optimum) = results.mean_optimum {
             caption += &format!(
-                " A search over schedules of each very plant, with all its noise known, reached {ceiling:.2} {} on average: a \
-                 lower bound of what is possible.",
+                " A search over schedules of each very plant, with all its noise known, reached {optimum:.2} {} on average: a \
+                 lower reference of what is possible.",
                 self.task.kind.unit()
             );
-            if let Some(done) = results.ceiling_done {
+            if let Some(done) = results.optimum_done {
                 caption += &format!(" It did the whole task on {} of the plants.", percent(Some(done.share)));
             }
         }

@@ -17,7 +17,7 @@ use crate::Workflow;
 use crate::model::Model;
 use crate::statistics::{Bootstrap, PairedDifference};
 
-/// The scores below which plants are counted, in cm: the paper's plants scored 9.96 on average, and chase scores below 6 on
+/// The scores below which plants are counted, in cm: the paper's plants scored 9.96 on average, and greedy scores below 6 on
 /// one in eight of the common beans.
 const LOW_CM: [f64; 2] = [9.0, 6.0];
 
@@ -57,13 +57,13 @@ pub struct TransferResults {
     pub pairs: Vec<ControllerPair>,
     /// The controller that stands for what a rule without knowledge of the future can reach.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bound: Option<String>,
+    pub reference: Option<String>,
     /// Mean over the plants of what the search over schedules found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mean_ceiling: Option<f64>,
+    pub mean_optimum: Option<f64>,
     /// Plants on which a schedule was found that did all that the task wants, where it says what that is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ceiling_done: Option<Share>,
+    pub optimum_done: Option<Share>,
 }
 
 /// A controller on all plants.
@@ -92,10 +92,10 @@ pub struct ControllerResults {
     pub expected: Option<f64>,
     /// Mean over expected fitness.
     pub share_of_expected: Option<f64>,
-    /// Mean over that of the bound.
-    pub share_of_bound: Option<f64>,
-    /// Mean over the mean ceiling of the plants.
-    pub share_of_ceiling: Option<f64>,
+    /// Mean over that of the reference controller.
+    pub share_of_reference: Option<f64>,
+    /// Mean over the mean optimum of the plants.
+    pub share_of_optimum: Option<f64>,
     /// Median distance at the crossings of all targets that were reached, in cm; `None` if none was.
     #[serde(default)]
     pub median_cm: Option<f64>,
@@ -198,8 +198,8 @@ pub struct ControllerPair {
 pub(super) struct PlantResult {
     pub(super) fitness: f64,
     pub(super) steps: u32,
-    /// Steps at which the tip was held.
-    pub(super) held: usize,
+    /// Steps at which the tip was carried forward.
+    pub(super) carried_forward: usize,
     pub(super) final_height_cm: f64,
     pub(super) is_done: Option<bool>,
     /// Fitness and whether the task was done as the photographs say, where the truth is judged instead.
@@ -208,14 +208,14 @@ pub(super) struct PlantResult {
     pub(super) targets: Vec<(Option<Crossing>, Cause)>,
 }
 
-/// What is possible on one plant, all its noise known: a lower bound.
+/// What is possible on one plant, all its noise known: a lower reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ceiling {
+pub(super) struct Optimum {
     pub(super) fitness: f64,
     pub(super) is_done: Option<bool>,
 }
 
-impl Ceiling {
+impl Optimum {
     /// Counts what a controller reached on the same plant: it is possible, too.
     pub(super) fn raise(&mut self, reached: &PlantResult) {
         self.fitness = self.fitness.max(reached.fitness);
@@ -249,7 +249,11 @@ impl Judge<'_> {
             fitness,
             by_photographs: truth.map(|_| seen),
             steps,
-            held: track.samples.iter().filter(|sample| sample.quality == Quality::Held).count(),
+            carried_forward: track
+                .samples
+                .iter()
+                .filter(|sample| sample.quality == Quality::CarriedForward)
+                .count(),
             final_height_cm: last.map_or(0.0, |sample| sample.tip.y),
             is_done,
         }
@@ -265,11 +269,11 @@ fn true_turns(track: &Track, task: &Task) -> Option<(f64, Option<bool>)> {
     Some((last - first, Some(*last >= task.turns)))
 }
 
-/// All plants under all controllers: one list a controller, one result a plant; and the task and the ceiling of each plant.
+/// All plants under all controllers: one list a controller, one result a plant; and the task and the optimum of each plant.
 pub(super) struct Scores {
     pub(super) tasks: Vec<Task>,
     pub(super) plants: Vec<Vec<PlantResult>>,
-    pub(super) ceilings: Option<Vec<Ceiling>>,
+    pub(super) optima: Option<Vec<Optimum>>,
 }
 
 impl Scores {
@@ -283,15 +287,15 @@ impl Scores {
         let seeds = plan.seeds().len();
         let bootstrap = Bootstrap::new(plan.seed, seeds);
         let number_of = |name: &String| plan.controllers.iter().position(|one| one.name == *name);
-        let bound = plan.bound.as_ref().and_then(number_of).map(|number| mean(self.fitness(number)));
-        let mean_of = |ceilings: &Vec<Ceiling>| mean(ceilings.iter().map(|ceiling| ceiling.fitness));
-        let mean_ceiling = self.ceilings.as_ref().map(mean_of);
-        let done_of = |ceilings: &Vec<Ceiling>| ceilings.iter().map(|ceiling| ceiling.is_done).collect();
-        let ceilings_done: Option<Vec<bool>> = self.ceilings.as_ref().and_then(done_of);
+        let reference = plan.reference.as_ref().and_then(number_of).map(|number| mean(self.fitness(number)));
+        let mean_of = |optima: &Vec<Optimum>| mean(optima.iter().map(|optimum| optimum.fitness));
+        let mean_optimum = self.optima.as_ref().map(mean_of);
+        let done_of = |optima: &Vec<Optimum>| optima.iter().map(|optimum| optimum.is_done).collect();
+        let optima_done: Option<Vec<bool>> = self.optima.as_ref().and_then(done_of);
         let controllers = (0..plan.controllers.len()).map(|number| {
             let mut results = self.controller(plan, number, &bootstrap);
-            results.share_of_bound = share(results.mean, bound);
-            results.share_of_ceiling = share(results.mean, mean_ceiling);
+            results.share_of_reference = share(results.mean, reference);
+            results.share_of_optimum = share(results.mean, mean_optimum);
             results
         });
         TransferResults {
@@ -307,9 +311,9 @@ impl Scores {
             best_possible: self.tasks.iter().map(Task::best_fitness).collect::<Option<Vec<f64>>>().map(mean),
             controllers: controllers.collect(),
             pairs: self.pairs(plan, &bootstrap),
-            bound: plan.bound.clone(),
-            mean_ceiling,
-            ceiling_done: ceilings_done.map(|done| Share::of(&done)),
+            reference: plan.reference.clone(),
+            mean_optimum,
+            optimum_done: optima_done.map(|done| Share::of(&done)),
         }
     }
 
@@ -335,8 +339,8 @@ impl Scores {
             under_6: under(LOW_CM[1]),
             expected,
             share_of_expected: share(mean, expected),
-            share_of_bound: None,
-            share_of_ceiling: None,
+            share_of_reference: None,
+            share_of_optimum: None,
             median_cm: {
                 let targets = self.plants[number].iter().flat_map(|plant| &plant.targets);
                 quantile_of(targets.filter_map(|(crossing, _)| *crossing), 0.5)
@@ -430,21 +434,21 @@ impl Scores {
             ["x_cm", "y_cm", "step", "distance_cm", "missed", "cause"]
                 .map(|what| format!("target_{target}_{what}"))
         });
-        let head = ["controller", "plant", "seed", "fitness_cm", "ceiling_cm", "share_of_ceiling"];
-        let further = ["steps", "held", "final_height_cm", "is_done", "turns_by_photographs"];
+        let head = ["controller", "plant", "seed", "fitness_cm", "optimum_cm", "share_of_optimum"];
+        let further = ["steps", "carried_forward", "final_height_cm", "is_done", "turns_by_photographs"];
         table.write_record(head.into_iter().chain(further).map(str::to_owned).chain(of_targets))?;
         for (named, plants) in plan.controllers.iter().zip(&self.plants) {
             for (number, (plant, seed)) in plants.iter().zip(plan.seeds()).enumerate() {
-                let ceiling = self.ceilings.as_ref().map(|ceilings| ceilings[number].fitness);
+                let optimum = self.optima.as_ref().map(|optima| optima[number].fitness);
                 let start = [
                     csv_cell(&named.name).into_owned(),
                     (number + 1).to_string(),
                     seed.to_string(),
                     plant.fitness.to_string(),
-                    or_empty(ceiling),
-                    or_empty(share(plant.fitness, ceiling)),
+                    or_empty(optimum),
+                    or_empty(share(plant.fitness, optimum)),
                     plant.steps.to_string(),
-                    plant.held.to_string(),
+                    plant.carried_forward.to_string(),
                     plant.final_height_cm.to_string(),
                     plant.is_done.map_or_else(String::new, |is_done| is_done.to_string()),
                     or_empty(plant.by_photographs.map(|(turns, _)| turns)),
@@ -491,10 +495,10 @@ mod tests {
 
     #[test]
     fn what_a_controller_reached_is_possible() {
-        let mut ceiling = Ceiling { fitness: -0.5, is_done: Some(false) };
-        ceiling.raise(&PlantResult { is_done: Some(true), ..plant(1.9, [None; 3]) });
-        ceiling.raise(&PlantResult { is_done: Some(false), ..plant(-3.0, [None; 3]) });
-        assert_eq!(ceiling, Ceiling { fitness: 1.9, is_done: Some(true) });
+        let mut optimum = Optimum { fitness: -0.5, is_done: Some(false) };
+        optimum.raise(&PlantResult { is_done: Some(true), ..plant(1.9, [None; 3]) });
+        optimum.raise(&PlantResult { is_done: Some(false), ..plant(-3.0, [None; 3]) });
+        assert_eq!(optimum, Optimum { fitness: 1.9, is_done: Some(true) });
     }
 
     fn plant(fitness: f64, distances: [Option<f64>; 3]) -> PlantResult {
@@ -505,7 +509,7 @@ mod tests {
         PlantResult {
             fitness,
             steps: 30,
-            held: 0,
+            carried_forward: 0,
             final_height_cm: 14.0,
             is_done: None,
             by_photographs: None,
@@ -515,30 +519,31 @@ mod tests {
 
     #[test]
     fn numbers_follow_from_plants() {
-        let plan = TransferPlan { plants: 2, bound: Some("chase".to_owned()), ..TransferPlan::default() };
+        let plan =
+            TransferPlan { plants: 2, reference: Some("greedy".to_owned()), ..TransferPlan::default() };
         let near = [Some(0.2), Some(1.5), None];
         let scores = Scores {
             tasks: plan.tasks(&Silent).unwrap(),
             plants: vec![vec![plant(10.0, near), plant(8.0, [Some(0.4); 3])], vec![plant(5.0, near); 2]],
-            ceilings: Some(vec![Ceiling { fitness: 12.0, is_done: None }; 2]),
+            optima: Some(vec![Optimum { fitness: 12.0, is_done: None }; 2]),
         };
         let results = scores.results(&plan);
-        let [chase, periodic] = &results.controllers[..] else { panic!() };
-        assert_eq!((chase.mean, chase.under_9, chase.under_6, chase.quantiles[2]), (9.0, 0.5, 0.0, 9.0));
-        assert_eq!((chase.share_of_bound, chase.share_of_ceiling), (Some(1.0), Some(0.75)));
-        assert_eq!((periodic.share_of_bound, periodic.under_6), (Some(5.0 / 9.0), 1.0));
+        let [greedy, periodic] = &results.controllers[..] else { panic!() };
+        assert_eq!((greedy.mean, greedy.under_9, greedy.under_6, greedy.quantiles[2]), (9.0, 0.5, 0.0, 9.0));
+        assert_eq!((greedy.share_of_reference, greedy.share_of_optimum), (Some(1.0), Some(0.75)));
+        assert_eq!((periodic.share_of_reference, periodic.under_6), (Some(5.0 / 9.0), 1.0));
         assert_eq!(
-            (chase.targets[1].missed, chase.targets[2].never, chase.targets[2].median_cm),
+            (greedy.targets[1].missed, greedy.targets[2].never, greedy.targets[2].median_cm),
             (1, 1, Some(0.4))
         );
-        assert_eq!((chase.missed[&Cause::WeakResponse], chase.reached[&Cause::WeakResponse]), (2, 4));
+        assert_eq!((greedy.missed[&Cause::WeakResponse], greedy.reached[&Cause::WeakResponse]), (2, 4));
         let arrivals: Vec<_> = results.controllers.iter().map(|one| one.arrival.as_ref().unwrap()).collect();
         // 0.2, 1.5 and a height that was never reached; 0.4 three times.
         assert!((arrivals[0].sum_cm - (11.7 + 1.2) / 2.0).abs() < 1e-12);
         assert_eq!((arrivals[0].within_1_cm.share, arrivals[1].within_half_cm.share), (0.5, 0.0));
         let over = arrivals[1].over_first.as_ref().unwrap();
         assert!(arrivals[0].over_first.is_none() && (over.mean - 5.25).abs() < 1e-12);
-        assert_eq!((results.ceiling_done, results.pairs.len()), (None, 1));
+        assert_eq!((results.optimum_done, results.pairs.len()), (None, 1));
         assert_eq!((results.pairs[0].difference.mean, results.pairs[0].difference.share_above), (4.0, 1.0));
         let csv = String::from_utf8(scores.csv(&plan).unwrap()).unwrap();
         let rows: Vec<&str> = csv.lines().collect();

@@ -21,7 +21,7 @@ pub struct TransferStatus {
     /// The controllers.
     pub controllers: Vec<SteeredPlants>,
     /// Plants whose best schedule is found; `None` if none is searched.
-    pub ceilings: Option<usize>,
+    pub optima: Option<usize>,
 }
 
 /// How far a controller of a comparison is.
@@ -65,6 +65,6 @@ pub(crate) fn status(folder: &Path) -> Result<TransferStatus, Error> {
         process: holder(folder)?,
         plants,
         controllers: controllers.collect(),
-        ceilings: plan.ceiling.then(|| count(&|plant| plan.ceiling_path(plant).exists())),
+        optima: plan.optimum.then(|| count(&|plant| plan.optimum_path(plant).exists())),
     })
 }

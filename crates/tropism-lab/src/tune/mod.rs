@@ -34,14 +34,14 @@ use crate::{Error, Monitor, Workflow, files, model, sequences};
 /// Plants that grow side by side in a thread: some milliseconds of work.
 const PLANTS_AT_ONCE: usize = 64;
 
-/// Tunes the nine numbers of a rule on simulated plants of a model, and writes the rule to a file.
+/// Tunes the nine parameters of a rule on simulated plants of a model, and writes the rule to a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TunePlan {
     /// File of the model.
     pub model: PathBuf,
     /// Virtual beans to tune on instead of a model: species, variation and lamps count. What is found is the best that such a
-    /// rule can be expected to reach on them, which no laboratory could know.
+    /// rule can be expected to reach on them, which no replicate could know.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beans: Option<Greenhouse>,
     /// Time from one step of virtual beans to the next, in min. A model has its own.
@@ -97,7 +97,7 @@ pub struct TuneResults {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub outlook: Vec<TargetOutlook>,
     /// Fitness of the greedy rule on the same plants.
-    pub chase: Trial,
+    pub greedy: Trial,
     /// Processor time, in s.
     pub cpu_seconds: f64,
 }
@@ -148,7 +148,7 @@ impl Workflow for TunePlan {
             expected: tuned.expected,
             withheld,
             outlook,
-            chase: found.greedy,
+            greedy: found.greedy,
             cpu_seconds: stopwatch.cpu_seconds(),
         })
     }

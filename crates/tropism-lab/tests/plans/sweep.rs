@@ -49,13 +49,13 @@ fn the_example_is_a_sweep() {
 
 #[test]
 fn tables_of_a_list_go_by_their_names() {
-    let text = "[grid]\nrecipes.rule.search.population = [8, 16]\nplants = [2]\n[laboratories]\nlaboratories = 1\n\
-                recipes = [{ name = \"rule\", method = \"tune\", model = \"stem\" }]\n\
-                worlds = [{ name = \"sunflower\", bean = \"../beans/sunflower.toml\" }]\n";
+    let text = "[grid]\nmethods.rule.search.population = [8, 16]\nplants = [2]\n[replicates]\nreplicates = 1\n\
+                methods = [{ name = \"rule\", kind = \"tune\", model = \"stem\" }]\n\
+                scenarios = [{ name = \"sunflower\", bean = \"../beans/sunflower.toml\" }]\n";
     let found = config(text).settings(Path::new("studies")).unwrap();
     assert_eq!(found[1].name, "plants=2, population=16");
-    let Method::Laboratories(config) = &found[1].method else { panic!("no laboratories") };
-    assert_eq!(config.worlds[0].bean.as_deref(), Some(Path::new("studies/../beans/sunflower.toml")));
+    let Method::Replicates(config) = &found[1].method else { panic!("no replicates") };
+    assert_eq!(config.scenarios[0].bean.as_deref(), Some(Path::new("studies/../beans/sunflower.toml")));
 }
 
 #[test]
@@ -76,9 +76,9 @@ fn what_is_wrong_is_named() {
         ),
         ("seeds = [1, 1]", "found seed 1 twice"),
         ("seeds = 0", "found 0 seeds, wanted 1 to"),
-        ("[evolve]\n[laboratories]", "wanted one of them"),
-        ("model = \"m.json\"\n[laboratories]", "which make models of their own"),
-        ("[grid]\nrecipes.x.method = [1]\n[laboratories]\nrecipes = []", "found no x in recipes"),
+        ("[evolve]\n[replicates]", "wanted one of them"),
+        ("model = \"m.json\"\n[replicates]", "which make models of their own"),
+        ("[grid]\nmethods.x.kind = [1]\n[replicates]\nmethods = []", "found no x in methods"),
     ] {
         let error = settings(text).unwrap_err().to_string();
         assert!(error.contains(wanted), "{text}: {error}");

@@ -1,5 +1,7 @@
 //! Command line and summary of the examples.
 
+use tropism_neat::Config;
+
 /// Result of one run.
 pub(crate) struct RunResult {
     /// Whether the run solved the task.
@@ -14,22 +16,39 @@ pub(crate) struct RunResult {
     pub(crate) links: usize,
 }
 
-/// Reads the command line: the number after `--seeds`, by default `default`, and the given ones of the allowed `flags`.
-pub(crate) fn arguments(default: u64, flags: &[&str]) -> (u64, Vec<String>) {
-    let mut arguments = std::env::args().skip(1);
-    let (mut seeds, mut given) = (default, Vec::new());
-    while let Some(argument) = arguments.next() {
-        if argument == "--seeds" {
-            let count = arguments.next().and_then(|count| count.parse().ok()).filter(|&count| count > 0);
-            seeds = count
-                .unwrap_or_else(|| exit_with("found no number of seeds, wanted --seeds N with N above 0"));
-        } else if flags.contains(&argument.as_str()) {
-            given.push(argument);
+/// The command line of an example.
+pub(crate) struct Arguments {
+    /// Number of runs: after `--seeds`.
+    pub(crate) seeds: u64,
+    /// The preset after `--preset`, by default Stanley and Miikkulainen's.
+    pub(crate) config: Config,
+    /// Those of the allowed flags that were given.
+    pub(crate) flags: Vec<String>,
+}
+
+/// Reads the command line; without `--seeds` there are `default` runs.
+pub(crate) fn arguments(default: u64, flags: &[&str]) -> Arguments {
+    let mut words = std::env::args().skip(1);
+    let mut found = Arguments { seeds: default, config: Config::stanley2002(), flags: Vec::new() };
+    while let Some(word) = words.next() {
+        if word == "--seeds" {
+            let count = words.next().and_then(|count| count.parse().ok()).filter(|&count| count > 0);
+            found.seeds = count.unwrap_or_else(|| exit_with("--seeds needs a number above 0"));
+        } else if word == "--preset" {
+            found.config = match words.next().as_deref() {
+                Some("stanley2002") => Config::stanley2002(),
+                Some("multineat") => Config::multineat(),
+                Some("wahby2016") => Config::wahby2016(),
+                Some("ball_keeper") => Config::ball_keeper(),
+                _ => exit_with("--preset needs stanley2002, multineat, wahby2016 or ball_keeper"),
+            };
+        } else if flags.contains(&word.as_str()) {
+            found.flags.push(word);
         } else {
-            exit_with(&format!("found {argument}, wanted --seeds N {}", flags.join(" ")));
+            exit_with(&format!("unknown argument {word}: use --seeds N, --preset NAME {}", flags.join(" ")));
         }
     }
-    (seeds, given)
+    found
 }
 
 /// Prints an error and exits with status 2.

@@ -103,7 +103,7 @@ class RunResults(Results):
     #: Number of the last step.
     steps: int
     missed: int
-    held: int
+    carried_forward: int
     fitness: float | None
     #: File of the track.
     track: str
@@ -136,7 +136,7 @@ class CalibrationResults(Results):
     lens: Mapping[str, Any] | None
 
 
-class Doubt(Results):
+class TrackWarning(Results):
     """What speaks against a track."""
 
     #: few_measured, root_elsewhere, tip_at_edge, plants_touch, scale_assumed or unrelated.
@@ -154,10 +154,10 @@ class PlantTrack(Results):
     #: Name of the plant; None if it is the only one.
     plant: str | None
     is_virtual: bool
-    #: Photographs, those with a measured tip, and those whose tip is held from an earlier one.
+    #: Photographs, those with a measured tip, and those whose tip is carried forward from an earlier one.
     frames: int
     measured: int
-    held: int
+    carried_forward: int
     #: Photographs before the first measured tip; they have no row in the track.
     before: int
     #: Photographs by what they show, by the edge of the region that the plant reaches, and by the lamp that is lit.
@@ -181,14 +181,14 @@ class PlantTrack(Results):
     is_located: bool
     #: Whether the photographs were taken as unrelated.
     is_each: bool
-    doubts: list[Doubt]
+    warnings: list[TrackWarning]
     photographs_sha256: str
     #: What is wrong with which file.
     problems: Mapping[str, str]
     #: What decides the detections.
     settings: Mapping[str, Any]
     settings_sha256: str
-    _kinds = {"camera": CameraMotion, "calibration": CalibrationResults, "doubts": Doubt}
+    _kinds = {"camera": CameraMotion, "calibration": CalibrationResults, "warnings": TrackWarning}
 
 
 class _TrackList(Results):
@@ -268,7 +268,7 @@ class ModelForecasts(Results):
     """How well a model predicts."""
 
     name: str
-    laboratories: int
+    replicates: int
     tip: list[ForecastError]
     #: None for a model of the tip.
     stem: list[ForecastError] | None
@@ -363,9 +363,9 @@ class TuneResults(Results):
     expected: Scores | None
     #: Why nothing is expected.
     withheld: str | None
-    chase: Scores
+    greedy: Scores
     cpu_seconds: float
-    _kinds = {"rule": RuleResults, "in_model": Scores, "expected": Scores, "chase": Scores}
+    _kinds = {"rule": RuleResults, "in_model": Scores, "expected": Scores, "greedy": Scores}
 
 
 class SimulateResults(Results):
@@ -473,8 +473,8 @@ class ControllerResults(Results):
     under_6: float
     expected: float | None
     share_of_expected: float | None
-    share_of_bound: float | None
-    share_of_ceiling: float | None
+    share_of_reference: float | None
+    share_of_optimum: float | None
     median_cm: float | None
     #: Share of the plants on which the whole task was done, for tasks that can be done.
     done: Share | None
@@ -505,8 +505,8 @@ class TransferResults(Results):
     controllers: list[ControllerResults]
     #: Differences of each two controllers.
     pairs: list[ControllerPair]
-    bound: str | None
-    mean_ceiling: float | None
+    reference: str | None
+    mean_optimum: float | None
     _kinds = {"controllers": ControllerResults, "pairs": ControllerPair}
 
 
@@ -548,14 +548,14 @@ class StudyResults(Results):
     median_random: float
     random_mean_in_model: float
     periodic_mean_in_model: float
-    chase_mean_in_model: float
+    greedy_mean_in_model: float
     reality_champion: RealityNumbers
     reality_random: RealityNumbers
     reality_periodic: RealityNumbers
-    reality_chase: RealityNumbers
+    reality_greedy: RealityNumbers
     many_champion: ManyNumbers
-    many_chase: ManyNumbers
-    many_champion_over_chase: PairedDifference
+    many_greedy: ManyNumbers
+    many_champion_over_greedy: PairedDifference
     #: The champion's mean on unseen plants, as a share of its mean in the model, and of the best single evaluation.
     share_kept: float
     share_kept_of_best: float
@@ -567,17 +567,17 @@ class StudyResults(Results):
         "reality_champion": RealityNumbers,
         "reality_random": RealityNumbers,
         "reality_periodic": RealityNumbers,
-        "reality_chase": RealityNumbers,
+        "reality_greedy": RealityNumbers,
         "many_champion": ManyNumbers,
-        "many_chase": ManyNumbers,
-        "many_champion_over_chase": PairedDifference,
+        "many_greedy": ManyNumbers,
+        "many_champion_over_greedy": PairedDifference,
     }
 
 
 class SamplePair(Results):
     """Two samples compared by a Mann-Whitney U test."""
 
-    #: World and recipe, of laboratories in a sweep.
+    #: Scenario and method, of replicates in a sweep.
     case: str | None
     one: str
     other: str
@@ -598,7 +598,7 @@ class SweepRow(Results):
     """A setting of a sweep."""
 
     setting: str
-    #: The world and the recipe, of laboratories.
+    #: The scenario and the method, of replicates.
     case: str | None
     seeds: int
     runs: int

@@ -130,7 +130,7 @@ def mirror_of(address: str, options: Mapping[str, Any] | None) -> Iterator[Mirro
 
 
 class Pushing(Monitor):
-    """Keeps an address up to date while a workflow works, and passes on what it tells."""
+    """Keeps an address up to date while a workflow works, and passes on what it reports."""
 
     def __init__(self, mirror: Mirror, listener: Monitor | None = None) -> None:
         self._mirror = mirror
@@ -169,7 +169,7 @@ def plan_at(address: str, options: Mapping[str, Any] | None = None) -> SweepPlan
             raise _core.PlanError(f"{address}: found no sweep.toml, wanted a sweep to go on with, or a sweep file")
         mirror.fetch("sweep.toml")
         plan = SweepPlan(**json.loads(_core.plan_of_folder("sweep", mirror.folder)))
-    # The folder of the mirror is gone; the model is fetched again. Laboratories name a folder of their own.
+    # The folder of the mirror is gone; the model is fetched again. Replicates name a folder of their own.
     folder = None if plan.folder == os.fspath(mirror.folder) else plan.folder
     return replace(plan, out=address, folder=folder)
 

@@ -21,7 +21,7 @@ class Track:
     """The path of a tip over an experiment: a row a step. A track of N lights has N + 1 rows.
 
     Columns are those of the file, with the units in their names: step, time_s, tip_x_cm, tip_y_cm, light (lit from this row
-    to the next), quality (measured, held, simulated), and further ones.
+    to the next), quality (measured, carried_forward, simulated), and further ones.
     """
 
     def __init__(self, track: _core.Track) -> None:

@@ -43,7 +43,7 @@ Settings: TypeAlias = Mapping[str, Any]
 #: A controller as data: {"kind": "greedy"}, {"kind": "periodic", "minutes": 360}, or what `controller_of` reads.
 ControllerSpec: TypeAlias = Mapping[str, Any]
 _P = ParamSpec("_P")
-_R = TypeVar("_R", bound=Results)
+_R = TypeVar("_R", reference=Results)
 
 
 def _plain(value: Any) -> Any:
@@ -199,7 +199,7 @@ class EvolvePlan(Plan[EvolveResults]):
 
 @dataclass(frozen=True, kw_only=True)
 class TunePlan(Plan[TuneResults]):
-    """Tunes a rule of nine numbers on a model."""
+    """Tunes a rule with nine parameters on a model."""
 
     workflow: ClassVar[str] = "tune"
     results = TuneResults
@@ -267,8 +267,8 @@ class TransferPlan(Plan[TransferResults]):
     period_min: float | None = None
     photographs: bool | None = None
     model: PathLike | None = None
-    ceiling: bool | None = None
-    bound: str | None = None
+    optimum: bool | None = None
+    reference: str | None = None
     seed: int | None = None
     resume: bool | None = None
     out: PathLike | None = None
@@ -288,7 +288,7 @@ class StudyPlan(Plan[StudyResults]):
 
 @dataclass(frozen=True, kw_only=True)
 class SweepPlan(Plan[SweepResults]):
-    """Seeds times settings of evolutions or of studies of laboratories. `config` has the keys of `studies/sweep.toml`."""
+    """Seeds times settings of evolutions or of studies of replicates. `config` has the keys of `studies/sweep.toml`."""
 
     workflow: ClassVar[str] = "sweep"
     results = SweepResults

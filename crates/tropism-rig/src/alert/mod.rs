@@ -63,8 +63,8 @@ impl Kind {
     /// Whether a channel without `on` sends it. Events that pass by themselves are left out.
     #[must_use]
     pub const fn is_default(self) -> bool {
-        use EventKind::{Camera, Dark, Held, Late};
-        !matches!(self, Self::Event(Late | Camera | Dark | Held) | Self::Step)
+        use EventKind::{Camera, CarriedForward, Dark, Late};
+        !matches!(self, Self::Event(Late | Camera | Dark | CarriedForward) | Self::Step)
     }
 
     /// Whether a person must act.

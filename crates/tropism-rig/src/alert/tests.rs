@@ -189,7 +189,7 @@ fn many_messages_at_once_are_few_and_a_network_that_hangs_delays_nothing() {
     for step in 0..50 {
         channel.send(&event(EventKind::Mismatch, step));
     }
-    assert!(messages.lock().unwrap().is_empty(), "all were told while the first one hangs");
+    assert!(messages.lock().unwrap().is_empty(), "all were sent while the first one hangs");
     enter.send(()).unwrap();
     assert_eq!(channel.end().wait(), None);
     let messages = messages.lock().unwrap();

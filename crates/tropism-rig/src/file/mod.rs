@@ -38,7 +38,7 @@ pub struct RigFile {
     pub period_min: f64,
     /// Which faults a run tolerates before it pauses. If it is left out, a virtual tent tolerates all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub patience: Option<FaultPolicy>,
+    pub fault_policy: Option<FaultPolicy>,
     /// Regions of the photograph that show the lamps. If it is left out, the lit lamp is not checked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lamps_in_view: Option<LampsInView>,
@@ -159,7 +159,7 @@ impl RigFile {
         Self {
             durability: None,
             period_min: PAPER_PERIOD_MIN,
-            patience: None,
+            fault_policy: None,
             lamps_in_view: None,
             greenhouse: Some(greenhouse),
             camera: None,
@@ -187,9 +187,9 @@ impl RigFile {
 
     /// Which faults a run tolerates before it pauses.
     #[must_use]
-    pub fn patience(&self) -> FaultPolicy {
+    pub fn fault_policy(&self) -> FaultPolicy {
         let usual = if self.is_virtual() { FaultPolicy::unlimited } else { FaultPolicy::default };
-        self.patience.clone().unwrap_or_else(usual)
+        self.fault_policy.clone().unwrap_or_else(usual)
     }
 
     /// Names and places of the lamps.
@@ -232,7 +232,7 @@ impl RigFile {
         if !(LEAST_PERIOD_MIN..=24.0 * 60.0).contains(&self.period_min) {
             add(Err(format!("found period_min = {}, wanted {LEAST_PERIOD_MIN} to 1440", self.period_min)));
         }
-        self.patience.iter().for_each(|policy| add(policy.check()));
+        self.fault_policy.iter().for_each(|policy| add(policy.check()));
         if let (Some(lamps), Some(Calibration { width, height, .. })) =
             (&self.lamps_in_view, self.calibration())
         {

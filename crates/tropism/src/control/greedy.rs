@@ -11,7 +11,7 @@ use crate::obstacle::Pole;
 use crate::task::Task;
 
 /// Lights the lamp towards which the tip must move to reach the next target. Greedy, without a model; the baseline of
-/// evolved controllers. The command line calls it `chase`.
+/// evolved controllers. The command line calls it `greedy`.
 ///
 /// Round a [pole](Task::pole) it lights the lamp in the direction of a point ahead on a circle about the pole.
 ///

@@ -2,7 +2,7 @@
 //!
 //! An [`Observation`] comes in, a [`Light`] goes out, once a step. [`Periodic`] sees nothing and switches at regular
 //! intervals, as in the paper's open-loop experiments; [`Schedule`] plays back a list of lights; [`Greedy`] is the rule that a person would write by hand;
-//! [`PredictiveGreedy`] is the same rule with nine numbers that are tuned on a model;
+//! [`PredictiveGreedy`] is the same rule with nine parameters that are tuned on a model;
 //! [`Planner`] decides by simulations of a model;
 //! [`NetworkController`] is what evolution makes, and [`Sensors`] say what its network sees. [`network_analysis`] reads
 //! from a network what it can do.

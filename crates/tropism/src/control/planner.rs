@@ -264,8 +264,8 @@ impl<M: PlantModel<Plant: Sync> + Send> Controller for Planner<M> {
         let lights: Vec<Light> = self.rules.iter_mut().map(|rule| rule.decide(seen)).collect();
         let every = (self.config.replan_min / period_min).round().max(1.0) as u32;
         let is_due = self.chosen.is_none_or(|(_, at)| self.step >= at + every);
-        // A tip that is held says nothing new.
-        if self.chosen.is_none() || is_due && seen.quality != Quality::Held {
+        // A tip that is carried forward says nothing new.
+        if self.chosen.is_none() || is_due && seen.quality != Quality::CarriedForward {
             self.chosen = Some((self.plan(&lights), self.step));
         }
         let (number, at) = self.chosen.expect("a plan");
@@ -393,7 +393,7 @@ mod tests {
         let mut seen = Observation::simulated(Point::new(0.0, 7.0));
         controller.decide(&seen);
         controller.miss(4);
-        seen.quality = Quality::Held;
+        seen.quality = Quality::CarriedForward;
         let chosen = controller.chosen;
         controller.decide(&seen);
         assert_eq!((controller.samples[1].step, controller.chosen), (5, chosen));

@@ -1,4 +1,4 @@
-//! The greedy rule with foresight: nine numbers say where it aims and what it expects of the plant.
+//! The greedy rule with foresight: nine parameters say where it aims and what it expects of the plant.
 
 use serde::{Deserialize, Serialize};
 

@@ -59,6 +59,20 @@ impl Choice {
     }
 }
 
+/// Share of steps without data from which on no fitness is expected; chosen by hand.
+const MOST_WITHOUT_DATA: f64 = 0.5;
+
+/// Why fitness on models of so many single plants, in which a controller meets so large a share of steps without data (0 to 1), is no
+/// expectation for unseen plants; `None` where it is one.
+#[must_use]
+pub fn reason_to_withhold(plants: usize, without_data: f64) -> Option<String> {
+    if plants < 2 {
+        return Some("the model is of one plant, which does not tell how plants differ".to_owned());
+    }
+    (without_data > MOST_WITHOUT_DATA)
+        .then(|| format!("the model has no data in {:.0} % of the steps", 100.0 * without_data))
+}
+
 /// Tries a controller on `plants` fresh plants of each of `models`, the same plants for every controller under one `seed`.
 /// `build` makes the controller anew, at rest, for each plant.
 ///

@@ -6,7 +6,7 @@
 //! generation, individual and episode: neither threads nor interruptions change a result.
 //!
 //! [`Method::CmaEs`] searches the weights of one network instead; all its networks of some generations steer the same plants.
-//! [`Start::Greedy`] begins at a network that decides as the greedy rule does, [`Start::Network`] at a given one. [`RuleSearch`] tunes the nine numbers of a
+//! [`Start::Greedy`] begins at a network that decides as the greedy rule does, [`Start::Network`] at a given one. [`RuleSearch`] tunes the nine parameters of a
 //! [rule](crate::control::PredictiveRule) by [`CmaEs`](crate::CmaEs), too.
 //!
 //! # References
@@ -35,7 +35,7 @@ use crate::simulation::{BatchModel, Episode};
 use crate::task::Task;
 
 pub use baseline::{Baseline, baseline};
-pub use champion::{Champion, ChampionError, Choice, Trial, trial, trial_of_genome};
+pub use champion::{Champion, ChampionError, Choice, Trial, reason_to_withhold, trial, trial_of_genome};
 pub use config::{EvolutionConfig, EvolutionError};
 pub use rule_search::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial};
 pub use saved::SavedRunError;

@@ -1,6 +1,6 @@
 //! The search for the numbers of a predictive rule on a model.
 //!
-//! CMA-ES moves nine numbers; a point is worth the mean [utility](crate::task::Score::utility) of its fitness over simulated plants. All
+//! CMA-ES moves nine parameters; a point is worth the mean [utility](crate::task::Score::utility) of its fitness over simulated plants. All
 //! points of some generations steer the same plants (common random numbers), so that differences between points are not
 //! differences between plants; then other plants come, so that a rule is not tuned to a few. The best of each period are tried
 //! on plants that none of them has steered, and the best of these is chosen. In a task with obstacles each step at which a plant

@@ -127,6 +127,24 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
     corrected
 }
 
+/// The least number of values in each of two samples with which one of `pairs` comparisons can have a p-value below `level`, above 0,
+/// after [Holm's correction](holm): with all values of one sample above all of the other, p is 2 of the (2n choose n) orders.
+///
+/// ```
+/// use tropism::math::rank_test::least_size;
+/// assert_eq!(least_size(1, 0.05), 4);
+/// assert_eq!(least_size(6, 0.05), 6);
+/// ```
+#[must_use]
+pub fn least_size(pairs: usize, level: f64) -> usize {
+    let (mut size, mut orders) = (1, 2.0);
+    while 2.0 * pairs as f64 / orders >= level {
+        size += 1;
+        orders *= (4 * size - 2) as f64 / size as f64;
+    }
+    size
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -31,8 +31,8 @@ pub struct ExifHeader {
     /// When the photograph was taken, in seconds since 1970: in UTC where the header has an offset, otherwise on the
     /// camera's own clock.
     pub taken_s: Option<f64>,
-    /// How the camera was held.
-    pub orientation: Orientation,
+    /// How the camera was held; `None` if the header does not say.
+    pub orientation: Option<Orientation>,
     /// Whether it says that the photograph is of the virtual tent.
     pub is_virtual: bool,
 }
@@ -42,10 +42,10 @@ impl ExifHeader {
     pub fn read(input: &mut (impl BufRead + Seek)) -> Self {
         let Ok(exif) = exif::Reader::new().read_from_container(input) else { return Self::default() };
         let field = |tag| exif.get_field(tag, In::PRIMARY);
-        let number = field(Tag::Orientation).and_then(|field| field.value.get_uint(0)).unwrap_or(1);
+        let number = field(Tag::Orientation).and_then(|field| field.value.get_uint(0));
         Self {
             taken_s: taken_s(&exif),
-            orientation: Orientation(number.try_into().unwrap_or(1)),
+            orientation: number.map(|number| Orientation(number.try_into().unwrap_or(1))),
             is_virtual: text(&exif, Tag::ImageDescription).is_some_and(|text| text == VIRTUAL.as_bytes()),
         }
     }

@@ -1,8 +1,8 @@
-//! Regions of baseline JPEG files by [`jpeg_regions`], compiled for the widest vectors of this processor.
+//! Regions of JPEG files by [`jpeg_regions`], compiled for the widest vectors of this processor.
 
 use std::ops::Range;
 
-pub use jpeg_regions::Jpeg;
+pub use jpeg_regions::{Jpeg, JpegError};
 
 use super::Image;
 use crate::geometry::Region;

@@ -5,27 +5,28 @@
 
 mod name_order;
 mod timestamp;
+mod name_times;
 mod exif;
+mod xmp;
 mod image;
+mod depth;
+mod foreign;
 pub mod jpeg;
 mod tiff;
 
 use std::error::Error;
 use std::io::Cursor;
 
-use zune_jpeg::JpegDecoder;
-use zune_jpeg::zune_core::bytestream::ZCursor;
-use zune_jpeg::zune_core::colorspace::ColorSpace;
-use zune_jpeg::zune_core::options::DecoderOptions;
-
 pub use self::exif::header_of_virtual_plant;
 pub use self::exif::{ExifHeader, Orientation};
 pub use self::image::Image;
 pub use self::name_order::natural_order;
+pub use self::name_times::{NameTimes, jump_of_clock, times_in_names};
+pub use self::tiff::TiffPages;
 pub use self::timestamp::time_in_name;
 
 use crate::geometry::Region;
-use jpeg::Jpeg;
+use jpeg::{Jpeg, JpegError};
 
 /// The largest image that is decoded, in pixels. It bounds the memory that a foreign file can claim to 192 MiB.
 pub const MAX_PIXELS: usize = jpeg_regions::MAX_PIXELS;
@@ -44,7 +45,7 @@ pub struct Photo {
 /// The image of a photograph that is known to be whole, decoded region by region where its file allows.
 #[derive(Clone, Debug)]
 pub enum LazyImage {
-    /// A baseline JPEG file, as most cameras write it: regions are decoded when they are asked for.
+    /// A JPEG file: regions are decoded when they are asked for.
     Jpeg(Jpeg),
     /// Any other file, decoded as a whole.
     Decoded(Image),
@@ -60,6 +61,17 @@ pub enum PhotoError {
     /// Neither JPEG nor PNG nor TIFF: the first four bytes.
     #[error("found a file that starts with {0:02x?}, wanted a JPEG, PNG or TIFF picture")]
     UnknownFormat(Vec<u8>),
+    /// A file of another kind, and what makes photographs of it.
+    #[error("found {kind}, wanted a JPEG, PNG or TIFF picture: {advice}")]
+    Foreign {
+        /// What it is.
+        kind: &'static str,
+        /// How to convert it.
+        advice: &'static str,
+    },
+    /// A JPEG, PNG or TIFF file of a kind that no usual camera writes.
+    #[error("found {0}, which is not read: `magick FILE FILE.png` converts it (ImageMagick)")]
+    Unsupported(String),
     /// Cut short or damaged.
     #[error("found a damaged picture ({problem}), wanted a whole one")]
     Damaged {
@@ -88,6 +100,16 @@ impl PhotoError {
     }
 }
 
+impl From<JpegError> for PhotoError {
+    fn from(error: JpegError) -> Self {
+        match error {
+            JpegError::Unsupported(what) => Self::Unsupported(format!("a JPEG picture with {what}")),
+            JpegError::TooLarge { width, height } => Self::TooLarge { width, height },
+            JpegError::Damaged(_) => Self::damaged_by(error),
+        }
+    }
+}
+
 impl Photo {
     /// Decodes the image and turns it upright as its Exif header says.
     ///
@@ -107,20 +129,24 @@ impl Photo {
     pub fn open(&self) -> Result<LazyImage, PhotoError> {
         let image = match self.bytes.as_slice() {
             [] => Err(PhotoError::Empty),
-            [0xff, 0xd8, ..] => match Jpeg::read(without_padding(&self.bytes)).map(LazyImage::Jpeg) {
-                Some(jpeg) if self.orientation() == Orientation::default() => return Ok(jpeg),
-                Some(jpeg) => Ok(jpeg.into_image()),
-                None => decode_jpeg(&self.bytes),
+            [0xff, 0xd8, ..] => match (Jpeg::read(&self.bytes)?, self.orientation()) {
+                (jpeg, upright) if upright == Orientation::default() => return Ok(LazyImage::Jpeg(jpeg)),
+                (jpeg, _) => Ok(LazyImage::Jpeg(jpeg).into_image()),
             },
             [0x89, b'P', b'N', b'G', ..] => decode_png(&self.bytes),
-            [b'I', b'I', 42, 0, ..] | [b'M', b'M', 0, 42, ..] => tiff::decode(&self.bytes),
-            other => Err(PhotoError::UnknownFormat(other.iter().take(4).copied().collect())),
+            [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => tiff::decode(&self.bytes),
+            other => Err(foreign::kind_and_advice(other).map_or_else(
+                || PhotoError::UnknownFormat(other.iter().take(4).copied().collect()),
+                |(kind, advice)| PhotoError::Foreign { kind, advice },
+            )),
         }?;
         Ok(LazyImage::Decoded(self.orientation().upright(image)))
     }
 
     fn orientation(&self) -> Orientation {
-        ExifHeader::read(&mut Cursor::new(&self.bytes)).orientation
+        ExifHeader::read(&mut Cursor::new(&self.bytes))
+            .orientation
+            .unwrap_or_else(|| xmp::orientation(&self.bytes))
     }
 }
 
@@ -138,11 +164,6 @@ impl LazyImage {
     }
 }
 
-/// The bytes of a file without the zeros that some cameras append.
-fn without_padding(bytes: &[u8]) -> &[u8] {
-    &bytes[..bytes.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1)]
-}
-
 /// Refuses images without pixels, and those with more than [`MAX_PIXELS`].
 fn check_size(width: usize, height: usize) -> Result<(), PhotoError> {
     match width.checked_mul(height) {
@@ -152,31 +173,9 @@ fn check_size(width: usize, height: usize) -> Result<(), PhotoError> {
     }
 }
 
-fn decode_jpeg(bytes: &[u8]) -> Result<Image, PhotoError> {
-    // zune-jpeg fills in what is missing at the end even in strict mode, so the end marker (EOI) is demanded first.
-    let whole = without_padding(bytes);
-    if !whole.ends_with(&[0xff, 0xd9]) {
-        return Err(PhotoError::damaged(format!("no end marker after {} bytes", bytes.len())));
-    }
-    let options = DecoderOptions::default()
-        .set_strict_mode(true)
-        .set_max_width(1 << 16)
-        .set_max_height(1 << 16)
-        .jpeg_set_out_colorspace(ColorSpace::RGB);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(whole), options);
-    decoder.decode_headers().map_err(PhotoError::damaged_by)?;
-    let (width, height) = decoder.dimensions().ok_or_else(|| PhotoError::damaged("no size"))?;
-    check_size(width, height)?;
-    let rgb = decoder.decode().map_err(PhotoError::damaged_by)?;
-    if rgb.len() != 3 * width * height {
-        return Err(PhotoError::damaged(format!("{} bytes for {width} x {height} pixels", rgb.len())));
-    }
-    Ok(Image { width, height, rgb })
-}
-
 fn decode_png(bytes: &[u8]) -> Result<Image, PhotoError> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
-    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(PhotoError::damaged_by)?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
     check_size(width, height)?;
@@ -184,7 +183,15 @@ fn decode_png(bytes: &[u8]) -> Result<Image, PhotoError> {
     let mut buffer = vec![0; size];
     let frame = reader.next_frame(&mut buffer).map_err(PhotoError::damaged_by)?;
     let samples = frame.color_type.samples();
-    image_of_samples(&buffer, samples, width, height)
+    if frame.bit_depth != png::BitDepth::Sixteen {
+        return image_of_samples(&buffer, samples, width, height);
+    }
+    let values = buffer.chunks_exact(2).map(|value| u16::from_be_bytes([value[0], value[1]]));
+    // Of colours only: that nothing is transparent says nothing of the range.
+    let colours = if samples < 3 { 1 } else { 3 };
+    let colour_values =
+        values.enumerate().filter(|(at, _)| at % samples < colours).map(|(_, value)| value).collect();
+    image_of_samples(&depth::to_eight_bits(colour_values), colours, width, height)
 }
 
 /// The image of pixels with one or two samples (grey) or three or four (colour) each; transparency is dropped.
@@ -223,17 +230,24 @@ mod tests {
     #[test]
     fn unknown_formats_are_named() {
         assert!(matches!(decode(Vec::new()), Err(PhotoError::Empty)));
-        let error = decode(b"GIF89a".to_vec()).unwrap_err().to_string();
-        assert!(error.contains("47") && error.contains("wanted a JPEG, PNG or TIFF"), "{error}");
+        let error = decode(b"<!DOCTYPE".to_vec()).unwrap_err().to_string();
+        assert!(error.contains("3c") && error.contains("wanted a JPEG, PNG or TIFF"), "{error}");
+        for (start, name) in [
+            (&b"\0\0\0\x1cftypheic\0\0\0\0"[..], "HEIC"),
+            (b"\0\0\0\x1cftypavif\0\0\0\0", "AVIF"),
+            (b"RIFF\0\0\0\0WEBPVP8 ", "WebP"),
+            (b"GIF89a", "GIF"),
+        ] {
+            let error = decode(start.to_vec()).unwrap_err().to_string();
+            assert!(error.contains(name) && error.contains("`magick FILE FILE.jpg`"), "{error}");
+        }
     }
 
     #[test]
     fn damage_keeps_the_error_of_the_decoder() {
         let error = decode(vec![0xff, 0xd8, 0xff, 0xd9]).expect_err("no frame");
-        let source = error.source().expect("zune-jpeg's error");
-        assert!(error.to_string().contains(&source.to_string().replace('\n', " ")), "{error}");
-        let cut = decode(jpeg(48, 32)[..100].to_vec()).expect_err("no end marker");
-        assert!(cut.source().is_none(), "{cut}");
+        let source = error.source().expect("the decoder's error");
+        assert!(error.to_string().contains(&source.to_string()), "{error}");
     }
 
     #[test]

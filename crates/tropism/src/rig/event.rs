@@ -23,12 +23,12 @@ pub enum EventKind {
     Late,
     /// Steps passed without a decision: without a photograph, or with a plant that was not detected for too long.
     Missed,
-    /// The camera gave no photograph: the last tip is held.
+    /// The camera gave no photograph: the last tip is carried forward.
     Camera,
     /// A photograph was dark, and was taken again at the same step.
     Dark,
-    /// The plant was not detected in a photograph: the last tip is held.
-    Held,
+    /// The plant was not detected in a photograph: the last tip is carried forward.
+    CarriedForward,
     /// The plant was not detected for so many steps that a person should look.
     Lost,
     /// A lamp did not obey.
@@ -61,7 +61,7 @@ impl EventKind {
         Self::Missed,
         Self::Camera,
         Self::Dark,
-        Self::Held,
+        Self::CarriedForward,
         Self::Lost,
         Self::Lamp,
         Self::Mismatch,
@@ -86,7 +86,7 @@ impl EventKind {
             Self::Missed => "missed",
             Self::Camera => "camera",
             Self::Dark => "dark",
-            Self::Held => "held",
+            Self::CarriedForward => "carried_forward",
             Self::Lost => "lost",
             Self::Lamp => "lamp",
             Self::Mismatch => "mismatch",

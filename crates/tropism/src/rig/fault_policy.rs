@@ -12,7 +12,7 @@ use crate::vision::tracking::hold::MAX_HELD_FRAMES;
 /// Columns of the paper's photographs (section 2.1).
 pub const COLUMNS: f64 = 2592.0;
 
-/// The faults that a run tolerates, and for how long: the table `patience` of a rig file. The default is for a real plant.
+/// The faults that a run tolerates, and for how long: the table `fault_policy` of a rig file. The default is for a real plant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FaultPolicy {
@@ -23,7 +23,7 @@ pub struct FaultPolicy {
     pub gap_min: f64,
     /// What happens after a longer downtime, or one of unknown length.
     pub on_gap: OnDowntime,
-    /// Steps in a row at which the last tip is held, if the camera gave no photograph or the plant was not detected. After
+    /// Steps in a row at which the last tip is carried forward, if the camera gave no photograph or the plant was not detected. After
     /// them nothing is decided until the plant is detected again.
     pub hold_steps: u32,
     /// The most photographs that are taken at one step, each with the flash lit anew, as long as they are dark.
@@ -42,7 +42,7 @@ pub struct FaultPolicy {
     /// Steps in a row with the same fault before the run pauses.
     pub pause_steps: u32,
     /// Megabytes of the disk that are reserved for the journal, and released when the disk is full.
-    pub ballast_mb: u32,
+    pub reserve_mb: u32,
     /// Megabytes of the disk that must be free when the run begins.
     pub free_mb: u32,
 }
@@ -81,14 +81,14 @@ impl Default for FaultPolicy {
             on_fault: OnFault::Hold,
             alert_steps: 3,
             pause_steps: 12,
-            ballast_mb: 64,
+            reserve_mb: 64,
             free_mb: 500,
         }
     }
 }
 
 impl FaultPolicy {
-    /// Tolerates everything, for a virtual plant: the last tip is always held, and the run never pauses.
+    /// Tolerates everything, for a virtual plant: the last tip is always carried forward, and the run never pauses.
     #[must_use]
     pub const fn unlimited() -> Self {
         Self {
@@ -103,7 +103,7 @@ impl FaultPolicy {
             on_fault: OnFault::Hold,
             alert_steps: u32::MAX,
             pause_steps: u32::MAX,
-            ballast_mb: 0,
+            reserve_mb: 0,
             free_mb: 0,
         }
     }
@@ -117,7 +117,7 @@ impl FaultPolicy {
     }
 
     fn check_ranges(&self) -> Result<(), OutOfRange> {
-        let key = |key: &str| format!("patience.{key}");
+        let key = |key: &str| format!("fault_policy.{key}");
         // The ends are chosen: a day, a year, the width of any photograph, the heat at which any computer has ended.
         for (name, found, most) in [
             ("late_s", self.late_s, 86_400.0),
@@ -135,7 +135,7 @@ impl FaultPolicy {
             ("flash_tries", self.flash_tries, 1..=10),
             ("alert_steps", self.alert_steps, 1..=u32::MAX),
             ("pause_steps", self.pause_steps, 1..=u32::MAX),
-            ("ballast_mb", self.ballast_mb, 0..=10_000),
+            ("reserve_mb", self.reserve_mb, 0..=10_000),
             ("free_mb", self.free_mb, 0..=1_000_000),
         ] {
             check::within(key(name), found, range)?;
@@ -210,13 +210,13 @@ mod tests {
         assert_eq!(FaultPolicy::default().check(), Ok(()));
         assert_eq!(FaultPolicy::unlimited().check(), Ok(()));
         for (text, problem) in [
-            (r#"{"late_s": -1}"#, "found patience.late_s = -1, wanted 0 to 86400, or inf"),
-            (r#"{"gap_min": 1e9}"#, "found patience.gap_min = 1000000000, wanted 0 to 525600, or inf"),
-            (r#"{"hot_c": 1e6}"#, "found patience.hot_c = 1000000, wanted 0 to 200, or inf"),
-            (r#"{"flash_tries": 11}"#, "found patience.flash_tries = 11, wanted 1 to 10"),
-            (r#"{"pause_steps": 0}"#, "found patience.pause_steps = 0, wanted 1 to 4294967295"),
-            (r#"{"ballast_mb": 10001}"#, "found patience.ballast_mb = 10001, wanted 0 to 10000"),
-            (r#"{"free_mb": 4294967295}"#, "found patience.free_mb = 4294967295, wanted 0 to 1000000"),
+            (r#"{"late_s": -1}"#, "found fault_policy.late_s = -1, wanted 0 to 86400, or inf"),
+            (r#"{"gap_min": 1e9}"#, "found fault_policy.gap_min = 1000000000, wanted 0 to 525600, or inf"),
+            (r#"{"hot_c": 1e6}"#, "found fault_policy.hot_c = 1000000, wanted 0 to 200, or inf"),
+            (r#"{"flash_tries": 11}"#, "found fault_policy.flash_tries = 11, wanted 1 to 10"),
+            (r#"{"pause_steps": 0}"#, "found fault_policy.pause_steps = 0, wanted 1 to 4294967295"),
+            (r#"{"reserve_mb": 10001}"#, "found fault_policy.reserve_mb = 10001, wanted 0 to 10000"),
+            (r#"{"free_mb": 4294967295}"#, "found fault_policy.free_mb = 4294967295, wanted 0 to 1000000"),
         ] {
             let policy: FaultPolicy = serde_json::from_str(text).unwrap();
             assert_eq!(policy.check(), Err(problem.to_owned()));

@@ -1,7 +1,7 @@
 //! A second camera at the side of the plant: with it, tip and stem are known in space.
 //!
 //! In: what the front camera's tracker saw, and a photograph from the side of the same moment. Out: one observation in space.
-//! Where the side camera has no tip, or another part of the plant, the last known depth is held.
+//! Where the side camera has no tip, or another part of the plant, the last known depth is carried forward.
 
 use std::fmt;
 
@@ -123,7 +123,7 @@ impl SideView {
     }
 
     /// What both cameras know together where a pole may hide the tip from one of them: that one holds its coordinate, and the
-    /// other goes on. Where both see a top, and not the same, the higher one is the tip. The stem is held unless both see it.
+    /// other goes on. Where both see a top, and not the same, the higher one is the tip. The stem is carried forward unless both see it.
     fn among_poles(&mut self, front: &Observation, side: &TrackedFrame) -> Observation {
         let has_front = front.quality == Quality::Measured;
         let other = side.observation.as_ref().filter(|_| side.is_measured());
@@ -135,7 +135,7 @@ impl SideView {
         let (tip, quality) = match (found, by_front, by_side) {
             (Some(found), ..) => (found.point, Quality::Measured),
             (None, Some(front), Some(side)) if front[1] >= side[1] => (front, Quality::Measured),
-            (None, _, Some(side)) => (side, Quality::Held),
+            (None, _, Some(side)) => (side, Quality::CarriedForward),
             (None, Some(front), None) => (front, Quality::Measured),
             (None, None, None) => match self.tip {
                 Some(tip) => (tip, front.quality),

@@ -1,6 +1,6 @@
 //! Tracker of one plant's tip in the photographs of one camera: the front of vision.
 //!
-//! In: photographs in the order of their times. Out: a [`TrackedFrame`] for each: the tip in cm, measured or held,
+//! In: photographs in the order of their times. Out: a [`TrackedFrame`] for each: the tip in cm, measured or carried forward,
 //! and its [`FrameStatus`]. The one idea: [detection](TipTracker::detect) is a function of one picture and the
 //! reference, so it can run for many photographs at a time; only the [update](TipTracker::update) of the track needs
 //! their order.
@@ -33,7 +33,7 @@ const MAX_INTERVAL: f64 = 1.5;
 /// whose plant reaches an edge. Chosen: of the stems of the first centre lines 96 % are right (`scripts/score-vision
 /// centerlines`), but no photograph before or after confirms them.
 const CLEAR_ALONE: f64 = 0.88;
-const DOUBTFUL_ALONE: f64 = 0.8;
+const UNCERTAIN_ALONE: f64 = 0.8;
 
 /// Greatest loss of confidence of an accepted tip, at no contrast. Chosen on the reliability diagram of the virtual rows and
 /// the first halves of the real sets (`scripts/score-vision`).
@@ -48,14 +48,14 @@ const OBSTACLE_EDGE_CM: f64 = 0.05;
 /// One photograph after detection and tracking.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackedFrame {
-    /// Tip and stem in cm, measured or held; `None` before the first accepted detection.
+    /// Tip and stem in cm, measured or carried forward; `None` before the first accepted detection.
     pub observation: Option<Observation>,
     /// Tip detected in this photograph, in pixels, whether or not it is accepted.
     pub tip_px: Option<Pixel>,
-    /// `Ok`, or why the tip is held.
+    /// `Ok`, or why the tip is carried forward.
     pub status: FrameStatus,
     /// Confidence, 0 to 1: it grows with contrast, falls with the distance from the expected tip, and is halved with
-    /// each photograph in which the tip is held.
+    /// each photograph in which the tip is carried forward.
     pub confidence: f64,
     /// Shift of the camera's picture since the reference, in pixels to the right and down; `None` where it is
     /// unknown.
@@ -164,7 +164,7 @@ impl TipTracker {
     /// from those before.
     #[must_use]
     pub const fn has_measured_stem(&self) -> bool {
-        !self.stem.is_held()
+        !self.stem.is_carried_forward()
     }
 
     /// The camera's calibration.
@@ -246,7 +246,7 @@ impl TipTracker {
         }
     }
 
-    /// Detects and tracks the tip in the next photograph; where that fails, the last tip is held.
+    /// Detects and tracks the tip in the next photograph; where that fails, the last tip is carried forward.
     ///
     /// It has no error: what is wrong with a photograph is its [`FrameStatus`].
     pub fn observe(&mut self, frame: &Frame) -> TrackedFrame {
@@ -275,7 +275,10 @@ impl TipTracker {
 
     fn detect_in(&self, picture: Result<&dyn PixelSource, &PhotoError>) -> Result<Detection, FrameStatus> {
         let image = picture.map_err(|error| match error {
-            PhotoError::UnknownFormat(_) | PhotoError::TooLarge { .. } => FrameStatus::Foreign,
+            PhotoError::UnknownFormat(_)
+            | PhotoError::Foreign { .. }
+            | PhotoError::Unsupported(_)
+            | PhotoError::TooLarge { .. } => FrameStatus::Foreign,
             _ => FrameStatus::Corrupt,
         })?;
         let (width, height) = image.size();
@@ -377,8 +380,8 @@ impl TipTracker {
             Err(status) => (*status, 0.0),
             Ok(_) if self.config.mode == Mode::Paper => (FrameStatus::Ok, 1.0),
             Ok(detection) if self.is_unrelated => {
-                let is_doubtful = detection.is_occluded || detection.clipped_at.is_some();
-                (FrameStatus::Ok, if is_doubtful { DOUBTFUL_ALONE } else { CLEAR_ALONE })
+                let is_uncertain = detection.is_occluded || detection.clipped_at.is_some();
+                (FrameStatus::Ok, if is_uncertain { UNCERTAIN_ALONE } else { CLEAR_ALONE })
             }
             Ok(detection) if detection.clipped_at.is_some() => (FrameStatus::LeavesView, 0.0),
             Ok(detection) if detection.is_behind_pole => {
@@ -401,7 +404,7 @@ impl TipTracker {
         let stem = accepted.as_ref().filter(|_| has_steady_stem);
         let stem = stem.and_then(|detection| self.stem_of(detection));
         let stem = self.stem.update(stem, rule);
-        let quality = if accepted.is_some() { Quality::Measured } else { Quality::Held };
+        let quality = if accepted.is_some() { Quality::Measured } else { Quality::CarriedForward };
         self.confidence = match &accepted {
             Some(Detection { contrast, has_second_foot, .. }) => {
                 let clarity = fit * (1.0 - math::exp(-contrast / (2.0 * self.config.contrast.max(1.0))));

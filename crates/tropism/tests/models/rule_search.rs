@@ -117,7 +117,7 @@ fn steps_beyond_all_data_cost_in_a_search_among_obstacles_alone() {
     let task = Task { obstacles: vec![far], ..Task::obstacles() };
     let (free, nowhere) = (best(&task, f64::INFINITY), best(&task, -1.0));
     assert!(free.0 > nowhere.0 + 1.0, "{} {}", free.0, nowhere.0);
-    // What is told of chase has no cost.
+    // The estimate for the greedy rule has no cost.
     assert_eq!(free.1.greedy, nowhere.1.greedy);
 }
 

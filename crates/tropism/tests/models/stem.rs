@@ -49,7 +49,7 @@ fn steps_that_remember_a_lost_stem_are_left_out() {
     gap.samples[100].stem = None;
     // Two changes touch the stem; twelve further steps remember the later one.
     assert_eq!(PlaneModel::fit([&gap]).unwrap().steps(), 300 - 14);
-    gap.samples[100].quality = Quality::Held;
+    gap.samples[100].quality = Quality::CarriedForward;
     assert_eq!(PlaneModel::fit([&gap]).unwrap().steps(), 300 - 14);
 }
 

@@ -20,7 +20,7 @@ use tropism_neat::{Config, Generation};
 /// Runs behind every row of [`TABLE`].
 pub(crate) const REFERENCE_RUNS: usize = 8;
 
-/// Generations told after which both are compared.
+/// Generations evaluated after which both are compared.
 pub(crate) const GENERATIONS: [u32; 6] = [50, 100, 200, 500, 1000, 2000];
 
 /// What MultiNEAT did with a preset after some generations.
@@ -115,7 +115,7 @@ pub(crate) fn histories(
 pub(crate) struct Comparison {
     /// Name of the preset.
     pub(crate) preset: &'static str,
-    /// Generations told.
+    /// Generations printed.
     pub(crate) generations: u32,
     /// What MultiNEAT did.
     pub(crate) reference: Reference,

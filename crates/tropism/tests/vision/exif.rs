@@ -22,7 +22,7 @@ fn the_header_has_time_and_orientation() {
     let header = ExifHeader::read(&mut Cursor::new(photograph(6)));
     assert_eq!(
         header,
-        ExifHeader { taken_s: Some(1_714_527_000.0), orientation: Orientation(6), is_virtual: false }
+        ExifHeader { taken_s: Some(1_714_527_000.0), orientation: Some(Orientation(6)), is_virtual: false }
     );
     assert_eq!(header.taken_s, time_in_name("20240501013000"));
     for foreign in [&b""[..], b"GIF89a", &photograph(6)[..30]] {

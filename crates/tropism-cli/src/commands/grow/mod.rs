@@ -43,7 +43,7 @@ pub(crate) struct Grow {
     #[arg(long, default_value_t = PAPER_PERIOD_MIN, value_name = "MIN")]
     period: f64,
 
-    /// periodic[:6h], chase, or the file of an evolved network or a tuned rule
+    /// periodic[:6h], greedy, or the file of an evolved network or a tuned rule
     #[arg(long, default_value = "periodic:6h", value_name = "CONTROLLER")]
     controller: ControllerName,
 

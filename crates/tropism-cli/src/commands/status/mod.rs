@@ -19,7 +19,7 @@ use crate::shell::Shell;
 /// Tell what a run, an evolution, a study or other long work does now
 ///
 /// Of a run: its step, its last photograph, its lamp, and what went wrong. Of an evolution: the generation and the best
-/// fitness of each run. Of a study: its stages; of one with laboratories, its worlds. Of a sweep: its units. Of `transfer`:
+/// fitness of each run. Of a study: its stages; of one with replicates, its scenarios. Of a sweep: its units. Of `transfer`:
 /// the plants that each controller has steered. Of `tune`: the generation. Nothing is disturbed.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
@@ -46,7 +46,7 @@ fn text(status: &StatusResults) -> String {
         StatusResults::Study(study) => work::study_text(study),
         StatusResults::Sweep(sweep) => work::sweep_text(sweep),
         StatusResults::Transfer(transfer) => work::transfer_text(transfer),
-        StatusResults::Laboratories(laboratories) => work::laboratories_text(laboratories),
+        StatusResults::Replicates(replicates) => work::replicates_text(replicates),
         StatusResults::Tune(tune) => work::tune_text(tune),
     }
 }
@@ -60,7 +60,7 @@ fn run_text(status: &RunStatus) -> String {
         Some(step) => add("step", format!("{step} of {} at most", status.max_steps)),
     }
     if let Some((x, y)) = status.tip_x_cm.zip(status.tip_y_cm) {
-        let held = match status.held_now {
+        let held = match status.carried_forward_now {
             0 => String::new(),
             1 => ", HELD: the latest photograph does not show it".to_owned(),
             count => format!(", HELD: the latest {count} photographs do not show it"),
@@ -85,7 +85,7 @@ fn run_text(status: &RunStatus) -> String {
     for target in &status.outlook {
         add("target", outlook_text(target));
     }
-    add("held", format!("{} without the plant", plural(status.held, "photograph")));
+    add("carried_forward", format!("{} without the plant", plural(status.carried_forward, "photograph")));
     add("unconfirmed", format!("{} whose lamp did not confirm", plural(status.unconfirmed, "decision")));
     if let Some(free) = status.disk_free_bytes {
         let lasts = match status.disk_lasts_days.filter(|_| status.process.is_some() && !status.is_virtual) {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use tropism_lab::evolve::EvolutionStatus;
 use tropism_lab::files::shell_word;
-use tropism_lab::laboratories::{LaboratoriesStatus, WorldStatus};
+use tropism_lab::replicates::{ReplicatesStatus, ScenarioStatus};
 use tropism_lab::study::{StageStatus, StudyStatus};
 use tropism_lab::sweep::SweepStatus;
 use tropism_lab::transfer::{SteeredPlants, TransferStatus};
@@ -83,13 +83,13 @@ pub(super) fn sweep_text(status: &SweepStatus) -> String {
 }
 
 pub(super) fn transfer_text(status: &TransferStatus) -> String {
-    let TransferStatus { transfer, is_over, process, plants, controllers, ceilings } = status;
+    let TransferStatus { transfer, is_over, process, plants, controllers, optima } = status;
     let mut text = format!("{}, virtual plants\n", headline(transfer, *is_over, *process));
     text += &steered(status);
     for SteeredPlants { name, plants: done } in controllers {
         text += &format!("{name:<12} {done} of {}\n", plural(*plants, "plant"));
     }
-    if let Some(done) = ceilings {
+    if let Some(done) = optima {
         text += &format!("schedules    {done} of {}\n", plural(*plants, "plant"));
     }
     if *is_over {
@@ -106,14 +106,16 @@ fn steered(status: &TransferStatus) -> String {
     format!("steered      {} of {} ({percent:.0} %)\n", status.done(), plural(status.total(), "plant"))
 }
 
-pub(super) fn laboratories_text(status: &LaboratoriesStatus) -> String {
-    let LaboratoriesStatus { laboratories, is_over, process, worlds } = status;
-    let mut text = format!("{}, virtual plants\n", headline(laboratories, *is_over, *process));
-    for WorldStatus { world, controllers_of, has_bound, controllers_done, controllers, judged } in worlds {
-        let bound = match has_bound {
+pub(super) fn replicates_text(status: &ReplicatesStatus) -> String {
+    let ReplicatesStatus { replicates, is_over, process, scenarios } = status;
+    let mut text = format!("{}, virtual plants\n", headline(replicates, *is_over, *process));
+    for ScenarioStatus { scenario, controllers_of, has_reference, controllers_done, controllers, judged } in
+        scenarios
+    {
+        let reference = match has_reference {
             None => "",
-            Some(true) => "bound found, ",
-            Some(false) => "bound not found yet, ",
+            Some(true) => "reference found, ",
+            Some(false) => "reference not found yet, ",
         };
         let judged = judged.as_ref().map_or_else(String::new, |judged| {
             format!(", judged on {} of {}", judged.done(), plural(judged.total(), "plant"))
@@ -122,12 +124,12 @@ pub(super) fn laboratories_text(status: &LaboratoriesStatus) -> String {
             Some(other) => format!("controllers of {other}"),
             None => format!("{controllers_done} of {} made", plural(*controllers, "controller")),
         };
-        text += &format!("{world:<16} {bound}{made}{judged}\n");
+        text += &format!("{scenario:<16} {reference}{made}{judged}\n");
     }
     if *is_over {
-        text += &format!("results: {}", laboratories.join("laboratories.json").display());
+        text += &format!("results: {}", replicates.join("replicates.json").display());
     } else if process.is_none() {
-        text += &format!("next: tropism study --out {} --resume", shell_word(laboratories));
+        text += &format!("next: tropism study --out {} --resume", shell_word(replicates));
     }
     text.trim_end().to_owned()
 }

@@ -1,6 +1,6 @@
 //! `tropism study`: the paper, end to end.
 
-mod laboratories;
+mod replicates;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use serde::de::IgnoredAny;
 use tropism_lab::Error;
 use tropism_lab::files;
-use tropism_lab::laboratories::{LaboratoriesConfig, LaboratoriesPlan};
+use tropism_lab::replicates::{ReplicatesConfig, ReplicatesPlan};
 use tropism_lab::study::{StudyConfig, StudyPlan, StudyResults};
 
 use crate::options::BeanOption;
@@ -22,9 +22,9 @@ use crate::shell::Shell;
 /// Six virtual beans are photographed under lamps that switch every six hours. Their photographs give tracks, the
 /// tracks a model, and evolution on the model gives controllers. The best controller steers six unseen virtual beans by
 /// their photographs. A report shows figures and numbers beside the paper's. Ctrl-C saves; --resume continues with the
-/// same results as without an interruption. `tropism status DIR` tells how far it is.
+/// same results as without an interruption. `tropism status DIR` shows how far it is.
 ///
-/// A study file with `laboratories` compares recipes instead: each laboratory makes controllers from the tracks of its own
+/// A study file with `replicates` compares methods instead: each replicate makes controllers from the tracks of its own
 /// plants, and all steer the same unseen plants. studies/robust.toml does this for four kinds of plants.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
@@ -72,15 +72,15 @@ impl Study {
         let keep_photographs = self.keep == Some(Keep::Photographs);
         if self.resumes_alone() {
             let out = self.out.clone().unwrap_or_else(|| default.into());
-            if out.join("laboratories.toml").exists() {
+            if out.join("replicates.toml").exists() {
                 self.check_keeps_nothing()?;
-                let plan = LaboratoriesPlan::of_folder(&out)?;
-                return execute_and_print(&plan, shell, |results| laboratories::text(results, &plan.out));
+                let plan = ReplicatesPlan::of_folder(&out)?;
+                return execute_and_print(&plan, shell, |results| replicates::text(results, &plan.out));
             }
             let plan = StudyPlan { keep_photographs, ..StudyPlan::of_folder(&out)? };
             return execute_and_print(&plan, shell, text);
         }
-        if let Some(path) = self.file.as_deref().filter(|path| names_laboratories(path)) {
+        if let Some(path) = self.file.as_deref().filter(|path| names_replicates(path)) {
             return self.compare(path, shell);
         }
         let mut config = match (&self.file, self.quick) {
@@ -106,37 +106,37 @@ impl Study {
         self.resume && self.file.is_none() && self.seed.is_none() && self.bean.bean.is_none()
     }
 
-    /// Laboratories have no photographs to keep.
+    /// Replicates have no photographs to keep.
     fn check_keeps_nothing(&self) -> Result<()> {
         ensure!(
             self.keep.is_none(),
-            "found --keep, wanted none: a comparison of recipes writes no photographs"
+            "found --keep, wanted none: a comparison of methods writes no photographs"
         );
         Ok(())
     }
 
-    /// Compares recipes over laboratories.
+    /// Compares methods over replicates.
     fn compare(&self, path: &Path, shell: &Shell) -> Result<()> {
         ensure!(
             self.bean.load()?.is_none(),
-            "found --bean, wanted species in the worlds of {}",
+            "found --bean, wanted species in the scenarios of {}",
             path.display()
         );
         self.check_keeps_nothing()?;
-        let mut config = LaboratoriesConfig::read(path)?;
+        let mut config = ReplicatesConfig::read(path)?;
         config.seed = self.seed.unwrap_or(config.seed);
         config.check().map_err(Error::at(path.display()))?;
-        let out = self.out.clone().unwrap_or_else(|| "tropism-laboratories".into());
-        let plan = LaboratoriesPlan { out, resume: self.resume, config };
-        execute_and_print(&plan, shell, |results| laboratories::text(results, &plan.out))
+        let out = self.out.clone().unwrap_or_else(|| "tropism-replicates".into());
+        let plan = ReplicatesPlan { out, resume: self.resume, config };
+        execute_and_print(&plan, shell, |results| replicates::text(results, &plan.out))
     }
 }
 
-/// Whether a study file compares laboratories: each of these keys says so, that a misspelt one is told as such. What cannot
+/// Whether a study file compares replicates: each of these keys says so, so a misspelt one is reported as such. What cannot
 /// be read is not said to.
-fn names_laboratories(path: &Path) -> bool {
+fn names_replicates(path: &Path) -> bool {
     let table = files::read_toml::<BTreeMap<String, IgnoredAny>>(path);
-    table.is_ok_and(|table| ["laboratories", "recipes", "worlds"].iter().any(|key| table.contains_key(*key)))
+    table.is_ok_and(|table| ["replicates", "methods", "scenarios"].iter().any(|key| table.contains_key(*key)))
 }
 
 fn text(results: &StudyResults) -> String {
@@ -145,10 +145,10 @@ fn text(results: &StudyResults) -> String {
         let line = format!("{:<42}  {:>8}  {:<22}  {}", row.what, row.paper, row.ours, row.reproduced);
         text += &format!("{}\n", line.trim_end());
     }
-    let StudyResults { reality_random, reality_periodic, reality_chase, .. } = results;
+    let StudyResults { reality_random, reality_periodic, reality_greedy, .. } = results;
     text += &format!(
         "on the same unseen beans: random {:.2}, periodic {:.2}, greedy {:.2}\n",
-        reality_random.mean, reality_periodic.mean, reality_chase.mean
+        reality_random.mean, reality_periodic.mean, reality_greedy.mean
     );
     text + &format!("\nreport: {}", results.report.display())
 }

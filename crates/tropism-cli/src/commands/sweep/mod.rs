@@ -14,10 +14,10 @@ use self::python::{Order, is_address};
 use crate::progress::{execute_and_print, for_user};
 use crate::shell::Shell;
 
-/// Compare settings over seeds: evolutions or studies of laboratories, in one table
+/// Compare settings over seeds: evolutions or studies of replicates, in one table
 ///
 /// A sweep file names seeds, a grid of settings, and what all settings share. Each setting has one evolution, with all its
-/// runs, for each seed; or one study of laboratories. The table has the fitness of each setting over runs and seeds,
+/// runs, for each seed; or one study of replicates. The table has the fitness of each setting over runs and seeds,
 /// generations to saturation, evaluations and processor time. It says which settings differ, by a rank test of their champions
 /// on unseen plants of the model, corrected for all pairs. Ctrl-C saves; --resume continues with the same results as without an interruption. `tropism status DIR` tells
 /// how far it is.
@@ -40,7 +40,7 @@ use crate::shell::Shell;
     evolution.neat.population = [50, 150]\n  \
     [evolve]\n  \
     evolution.runs = 4\n\
-    Keys are those of studies/evolution.toml, or with [laboratories] those of studies/robust.toml.")]
+    Keys are those of studies/evolution.toml, or with [replicates] those of studies/robust.toml.")]
 pub(crate) struct Sweep {
     /// Sweep file; with --resume alone that of the sweep in DIR
     #[arg(value_name = "SWEEP.toml", required_unless_present = "resume")]
@@ -136,8 +136,8 @@ impl Sweep {
         let mut config = SweepConfig::read(file).map_err(for_user)?;
         let folder = file.parent().map(PathBuf::from).unwrap_or_default();
         if let Some(model) = &self.model {
-            if config.is_of_laboratories() {
-                bail!("found --model, wanted none: laboratories make models of their own");
+            if config.is_of_replicates() {
+                bail!("found --model, wanted none: replicates make models of their own");
             }
             // From here on, and not from the folder of the file.
             config.model = Some(std::path::absolute(model)?);

@@ -1,5 +1,5 @@
 //! A sweep whose units work on a Ray cluster, or whose files lie at an fsspec address: Python's `tropism.sweep_command` is
-//! started, and told the plan.
+//! started, and given the plan.
 
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::shell::{Interrupted, Shell};
 /// Python, as an activated environment has it first on the path.
 const PYTHON: &str = "python3";
 
-/// What Python is told.
+/// What is sent to Python.
 #[derive(Serialize)]
 pub(super) struct Order<'a> {
     /// `None` goes on with the sweep at the address `out`.

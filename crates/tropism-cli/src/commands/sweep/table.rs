@@ -3,7 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use tropism_lab::comparison::p_text;
+use tropism::math::rank_test;
+use tropism_lab::comparison::{SIGNIFICANT, p_text};
 use tropism_lab::files::shell_word;
 use tropism_lab::sweep::{SettingPair, SweepResults, SweepRow, UnitResults};
 use tropism_lab::units::plural;
@@ -70,6 +71,16 @@ fn differences(pairs: &[SettingPair]) -> String {
         return String::new();
     }
     let what = if pairs[0].case.is_empty() { "champions in the model" } else { "fitness of each seed" };
+    // Holm's correction is over the pairs of one case.
+    let of_case = pairs.iter().filter(|pair| pair.case == pairs[0].case).count();
+    let least = rank_test::least_size(of_case, SIGNIFICANT);
+    let most = pairs.iter().map(|pair| pair.pair.sizes[0].min(pair.pair.sizes[1])).max().unwrap_or(0);
+    if most < least {
+        return format!(
+            "no pair can differ: a rank test of {of_case} pairs needs at least {least} values of each setting, and there \
+             are {most}\n"
+        );
+    }
     let different: Vec<&SettingPair> = pairs.iter().filter(|pair| pair.pair.is_different()).collect();
     let mut text = format!(
         "pairs that differ: {} of {} ({what}: Mann-Whitney U test, p < 0.05 after Holm's correction)\n",

@@ -20,7 +20,7 @@ use crate::shell::Shell;
 /// Track the tip and the stem of plants in a folder of photographs
 ///
 /// Photographs are ordered by their times, or by the numbers in their names. A frame without a detected plant holds the
-/// last tip: its `quality` is `held`, and its `class` says why. A damaged file never ends the batch.
+/// last tip: its `quality` is `carried_forward`, and its `class` says why. A damaged file never ends the batch.
 ///
 /// Beside track.csv are written track.json (calibration, settings, counts, bad files) and track.frames.jsonl (the
 /// detections of each photograph, with the whole midline), from which --resume continues.
@@ -33,7 +33,7 @@ use crate::shell::Shell;
     tropism track my-photos --roi 250,150,200,185 --scale 11 --base 364,336 --out track.csv --overlay look\n  \
     tropism track two-plants --roi 50,80,200,300 --roi 300,80,200,300 --scale 30,420,195,421=15 --out track.csv")]
 pub(crate) struct Track {
-    /// Photographs (JPEG, PNG or TIFF), or folders of them; a folder without photographs stands for the folders in it
+    /// Photographs (JPEG, PNG or TIFF), a film, or folders of them; a folder without any stands for the folders in it
     #[arg(required = true, value_name = "PHOTOS")]
     photographs: Vec<PathBuf>,
 

@@ -47,7 +47,10 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
         lines.extend(located(plan, track));
         lines.push(format!("wrote {}", track.track.display()));
         lines.extend(
-            track.doubts.iter().map(|doubt| with_options(&format!("doubtful: {which}{}", doubt.advice))),
+            track
+                .warnings
+                .iter()
+                .map(|warning| with_options(&format!("uncertain: {which}{}", warning.advice))),
         );
     }
     lines.extend(camera(&first.counts.camera, first.calibration.px_per_cm));
@@ -60,9 +63,9 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
     }
     let files: Vec<String> = results.tracks.iter().map(|track| shell_word(&track.track)).collect();
     let is_lit = first.counts.lights.keys().any(|name| *name != lamps::name(None));
-    lines.push(if results.tracks.iter().all(|track| track.doubts.is_empty()) && is_lit {
+    lines.push(if results.tracks.iter().all(|track| track.warnings.is_empty()) && is_lit {
         format!("next: tropism fit {} --out model.json", files.join(" "))
-    } else if results.tracks.iter().all(|track| track.doubts.is_empty()) {
+    } else if results.tracks.iter().all(|track| track.warnings.is_empty()) {
         "next: a table of the lamp in each photograph, for --light: a model needs it".to_owned()
     } else {
         let photographs: Vec<String> = plan.photographs.iter().map(|path| shell_word(path)).collect();
@@ -98,9 +101,9 @@ fn photographs(counts: &TrackCounts) -> String {
 
 fn frames(counts: &TrackCounts) -> String {
     format!(
-        "{} measured, {} held, {} before the first detection ({}); longest gap {} ({:.0} min)",
+        "{} measured, {} carried forward, {} before the first detection ({}); longest gap {} ({:.0} min)",
         counts.measured,
-        counts.held,
+        counts.carried_forward,
         counts.before,
         counted(&counts.classes),
         counts.longest_gap,

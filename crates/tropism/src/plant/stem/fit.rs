@@ -21,7 +21,7 @@ pub(super) type Weights<R = f64> = [[R; TERMS]; MODES];
 const POOLED_RIDGE: f64 = 30.0;
 
 /// Ridge of the weights of one plant, which are drawn to those of all. Of 30, 100 and infinity, 100 predicted the fitness of
-/// the greedy rule best in five laboratories of virtual beans.
+/// the greedy rule best in five replicates of virtual beans.
 const PLANT_RIDGE: f64 = 100.0;
 
 /// Ridge of the weights of a plant that is being steered, which are drawn to those of a measured one. Chosen: of 30, 100, 300 and 1000

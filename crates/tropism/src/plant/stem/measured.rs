@@ -85,7 +85,7 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
             plant.stems.resize(step + 1, None);
             plant.lights.resize(step + 1, Lit::Unknown);
             plant.lights[step] = sample.light.map_or(Lit::Dark, Lit::Lamp);
-            if sample.quality != Quality::Held {
+            if sample.quality != Quality::CarriedForward {
                 let seen = sample.observation();
                 plant.tips[step] = tip_of(&seen);
                 plant.stems[step] = stem_of(&seen);
@@ -97,7 +97,8 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
     /// The steps of `track` that models use.
     fn of_track(track: &Track) -> Self {
         let first = track.samples.first().map_or(0, |sample| sample.step);
-        let is_high = |sample: &&Sample| sample.quality != Quality::Held && sample.tip.y >= USED_HEIGHT_CM;
+        let is_high =
+            |sample: &&Sample| sample.quality != Quality::CarriedForward && sample.tip.y >= USED_HEIGHT_CM;
         let high = track.samples.iter().find(is_high);
         let risen = high.map_or(usize::MAX, |sample| sample.step.wrapping_sub(first) as usize);
         Self::of_samples(&track.samples, risen.max((USED_MIN / track.period_min).ceil() as usize))

@@ -17,11 +17,11 @@ const BLOCK_MIN: f64 = 120.0;
 pub(super) const BLOCK_REACH_CM: f64 = 1.5;
 
 /// Share of the images of the records within reach from which a block begins that is like the plant now. Of
-/// 5 and 10 %, 10 % predicted the fitness of five laboratories of virtual beans better.
+/// 5 and 10 %, 10 % predicted the fitness of five replicates of virtual beans better.
 const LIKE_SHARE: f64 = 0.1;
 
 /// How many units of the first score a whole unit of mean light counts where a block is chosen to be like the plant now.
-/// Chosen, with its 50 minutes of light, in five laboratories of virtual beans: their plants gave 8.3 cm under the greedy rule on
+/// Chosen, with its 50 minutes of light, in five replicates of virtual beans: their plants gave 8.3 cm under the greedy rule on
 /// average, and the model 7.4 without a choice, 7.8 by the score alone, and 8.3 with the light.
 pub(super) const LIKE_LIGHT_WEIGHT: f64 = 0.5;
 

@@ -244,7 +244,7 @@ impl TrackGate {
             Anomaly::None => full_gate,
             Anomaly::Dimmed => (cm * NARROW_GATE * periods.max(1.0)).max(LEAST_GATE),
             Anomaly::HiddenByLeaf => 0.0,
-            // An occluded tip is accepted near the expected one, but only for as long as a held tip may steer.
+            // An occluded tip is accepted near the expected one, but only for as long as a tip carried forward may steer.
             Anomaly::Occluded if steps > f64::from(MAX_HELD_FRAMES) + 1.5 => 0.0,
             Anomaly::TissueChanged | Anomaly::Occluded => narrow_gate,
         };

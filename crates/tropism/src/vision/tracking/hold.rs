@@ -1,4 +1,4 @@
-//! Holding the last stem, eq. (11), and the limit for held tips.
+//! Holding the last stem, eq. (11), and the limit for tips carried forward.
 //!
 //! In: the stem detected at each step. Out: that stem, or "a duplicate of timestep t - 1" where it is an error
 //! (section 4).
@@ -33,37 +33,38 @@ impl HoldConfig {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StemHold {
     last: Option<Polyline>,
-    held: u32,
+    carried_forward: u32,
 }
 
 impl StemHold {
     /// The stem of this step: the detected one, or the one before where none is detected or eq. (11) calls it an error.
     /// Without a `rule` every detected stem is accepted.
     pub fn update(&mut self, detected: Option<Polyline>, rule: Option<&HoldConfig>) -> Option<Polyline> {
-        let is_released = rule.and_then(|rule| rule.release).is_some_and(|steps| self.held >= steps);
+        let is_released =
+            rule.and_then(|rule| rule.release).is_some_and(|steps| self.carried_forward >= steps);
         let is_error =
             |now: &Polyline, before: &Polyline| rule.is_some_and(|rule| rule.is_error(now, before));
         let is_plausible = |now: &Polyline| self.last.as_ref().is_none_or(|before| !is_error(now, before));
         let accepted = detected.filter(|now| is_released || is_plausible(now));
-        self.held = if accepted.is_none() { self.held.saturating_add(1) } else { 0 };
+        self.carried_forward = if accepted.is_none() { self.carried_forward.saturating_add(1) } else { 0 };
         self.last = accepted.or_else(|| self.last.take());
         self.last.clone()
     }
 
     /// Whether the stem of the latest step is that of a step before, or none.
-    pub(in crate::vision) const fn is_held(&self) -> bool {
-        self.held > 0
+    pub(in crate::vision) const fn is_carried_forward(&self) -> bool {
+        self.carried_forward > 0
     }
 
     /// Takes the stem of a step from before an interruption: one that repeats the step before was held.
     pub fn resume(&mut self, stem: Option<&Polyline>) {
-        let is_held = stem.is_none() || self.last.as_ref() == stem;
-        self.held = if is_held { self.held.saturating_add(1) } else { 0 };
+        let is_carried_forward = stem.is_none() || self.last.as_ref() == stem;
+        self.carried_forward = if is_carried_forward { self.carried_forward.saturating_add(1) } else { 0 };
         self.last = stem.cloned();
     }
 }
 
-/// Greatest number of photographs in a row in which a held tip may steer the lamps.
+/// Greatest number of photographs in a row in which a tip carried forward may steer the lamps.
 ///
 /// Chosen: 3. In three periods of five minutes a bean's tip moves some millimetres, and rarely more than a
 /// centimetre.
@@ -96,7 +97,7 @@ mod tests {
         let (mut paper, mut released) = (StemHold::default(), StemHold::default());
         let (never, twice) =
             (HoldConfig::default(), HoldConfig { release: Some(2), ..HoldConfig::default() });
-        assert_eq!((paper.update(None, Some(&never)), paper.is_held()), (None, true));
+        assert_eq!((paper.update(None, Some(&never)), paper.is_carried_forward()), (None, true));
         for hold in [&mut paper, &mut released] {
             assert_eq!(hold.update(Some(good.clone()), Some(&never)), Some(good.clone()));
         }
@@ -106,7 +107,7 @@ mod tests {
         }
         assert_eq!(paper.update(Some(jump.clone()), Some(&never)), Some(good));
         assert_eq!(released.update(Some(jump.clone()), Some(&twice)), Some(jump.clone()));
-        assert!(paper.is_held() && !released.is_held());
+        assert!(paper.is_carried_forward() && !released.is_carried_forward());
         assert_eq!(paper.update(Some(jump.clone()), None), Some(jump));
     }
 }

@@ -26,10 +26,10 @@ const OFTEN: f64 = 0.1;
 const MOST_ASIDE_CM: f64 = 1.0;
 const MOST_ABOVE_CM: f64 = 2.5;
 
-/// Why a track is doubtful.
+/// Why a track is uncertain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum DoubtKind {
+pub enum WarningKind {
     /// The tip is measured in less than half of the photographs.
     FewMeasured,
     /// The stem does not begin at the base.
@@ -42,13 +42,15 @@ pub enum DoubtKind {
     ScaleAssumed,
     /// The photographs have nothing to do with each other, so their order is no motion.
     Unrelated,
+    /// When the photographs were taken is uncertain.
+    Times,
 }
 
-/// One doubt about a track.
+/// One warning about a track.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Doubt {
-    /// Why the track is doubtful.
-    pub kind: DoubtKind,
+pub struct TrackWarning {
+    /// Why the track is uncertain.
+    pub kind: WarningKind,
     /// What was found, and what to do, in a sentence with the keys of a plan in backticks.
     pub advice: String,
 }
@@ -61,13 +63,15 @@ pub(super) struct Evidence<'a> {
     pub(super) feet: &'a [Pixel],
     pub(super) is_scale_assumed: bool,
     pub(super) is_unrelated: bool,
+    /// What may be wrong with the times: a sentence each.
+    pub(super) times: &'a [String],
     /// The direction in which the plant grows.
     pub(super) up: Direction,
 }
 
 impl Evidence<'_> {
-    /// The doubts, the gravest first.
-    pub(super) fn doubts(&self) -> Vec<Doubt> {
+    /// The warnings, the gravest first.
+    pub(super) fn warnings(&self) -> Vec<TrackWarning> {
         let all = [
             self.few_measured(),
             self.root_elsewhere(),
@@ -76,14 +80,15 @@ impl Evidence<'_> {
             self.scale_assumed(),
             self.unrelated(),
         ];
-        all.into_iter().flatten().collect()
+        let times = self.times.iter().map(|advice| TrackWarning::new(WarningKind::Times, advice.clone()));
+        all.into_iter().flatten().chain(times).collect()
     }
 
-    fn few_measured(&self) -> Option<Doubt> {
+    fn few_measured(&self) -> Option<TrackWarning> {
         let TrackCounts { frames, measured, .. } = *self.counts;
         is_too_few(measured, frames).then(|| {
-            Doubt::new(
-                DoubtKind::FewMeasured,
+            TrackWarning::new(
+                WarningKind::FewMeasured,
                 format!(
                     "the tip is measured in {measured} of {}, less than half: is the plant in its `region`, and its root at \
                      `base`? Leave out photographs from before it emerged",
@@ -93,7 +98,7 @@ impl Evidence<'_> {
         })
     }
 
-    fn root_elsewhere(&self) -> Option<Doubt> {
+    fn root_elsewhere(&self) -> Option<TrackWarning> {
         // Beside and above are those of a plant that grows upwards.
         if self.up != Direction::Up {
             return None;
@@ -108,8 +113,8 @@ impl Evidence<'_> {
             self.plant.region.map_or(base.y, |Region { y, height, .. }| base.y.min((y + height) as f64));
         let [aside_cm, above_cm] = [(x - base.x).abs(), lowest - y].map(|px| px / calibration.px_per_cm);
         (aside_cm > MOST_ASIDE_CM || above_cm > MOST_ABOVE_CM).then(|| {
-            Doubt::new(
-                DoubtKind::RootElsewhere,
+            TrackWarning::new(
+                WarningKind::RootElsewhere,
                 format!(
                     "the stem begins at {x:.0},{y:.0}, {:.1} cm from the `base` at {:.0},{:.0}: the `base` is where the \
                      stem leaves the soil",
@@ -121,12 +126,12 @@ impl Evidence<'_> {
         })
     }
 
-    fn tip_at_edge(&self) -> Option<Doubt> {
+    fn tip_at_edge(&self) -> Option<TrackWarning> {
         let clipped: usize = self.counts.leaves_view_at.values().sum();
         is_often(clipped, self.counts.frames).then(|| {
             let edges: Vec<&str> = self.counts.leaves_view_at.keys().copied().collect();
-            Doubt::new(
-                DoubtKind::TipAtEdge,
+            TrackWarning::new(
+                WarningKind::TipAtEdge,
                 format!(
                     "in {clipped} of {} the plant reaches the edge of its region ({}), where its tip may lie \
                      outside: a `region` with more room there may help",
@@ -137,11 +142,11 @@ impl Evidence<'_> {
         })
     }
 
-    fn plants_touch(&self) -> Option<Doubt> {
+    fn plants_touch(&self) -> Option<TrackWarning> {
         let TrackCounts { frames, touched, .. } = *self.counts;
         is_often(touched, frames).then(|| {
-            Doubt::new(
-                DoubtKind::PlantsTouch,
+            TrackWarning::new(
+                WarningKind::PlantsTouch,
                 format!(
                     "in {touched} of {} another plant touches it, whose tip may be taken for its own where it is higher: end \
                      the `region` between them",
@@ -151,10 +156,10 @@ impl Evidence<'_> {
         })
     }
 
-    fn scale_assumed(&self) -> Option<Doubt> {
+    fn scale_assumed(&self) -> Option<TrackWarning> {
         self.is_scale_assumed.then(|| {
-            Doubt::new(
-                DoubtKind::ScaleAssumed,
+            TrackWarning::new(
+                WarningKind::ScaleAssumed,
                 format!(
                     "no scale is given, and the picture is taken to be {PAPER_WIDTH_CM} cm wide at the plant: give \
                      `px_per_cm` or `calibration`, or all cm are in an unknown unit"
@@ -163,15 +168,15 @@ impl Evidence<'_> {
         })
     }
 
-    fn unrelated(&self) -> Option<Doubt> {
+    fn unrelated(&self) -> Option<TrackWarning> {
         let advice = "the photographs are taken to have nothing to do with each other (`each`), so the track is a table, \
                       and no motion";
-        self.is_unrelated.then(|| Doubt::new(DoubtKind::Unrelated, advice.to_owned()))
+        self.is_unrelated.then(|| TrackWarning::new(WarningKind::Unrelated, advice.to_owned()))
     }
 }
 
-impl Doubt {
-    fn new(kind: DoubtKind, advice: String) -> Self {
+impl TrackWarning {
+    fn new(kind: WarningKind, advice: String) -> Self {
         Self { kind, advice }
     }
 }
@@ -186,20 +191,23 @@ fn is_too_few(measured: usize, frames: usize) -> bool {
     (measured as f64) < LEAST_MEASURED * frames as f64
 }
 
-/// The doubts about the track in the file `path`: those in the JSON file beside it, or else whether less than half of its
+/// The warnings about the track in the file `path`: those in the JSON file beside it, or else whether less than half of its
 /// rows are measured.
 #[must_use]
-pub fn doubts_of(path: &Path, track: &Track) -> Vec<Doubt> {
+pub fn warnings_of(path: &Path, track: &Track) -> Vec<TrackWarning> {
     #[derive(Deserialize)]
     struct Sidecar {
-        doubts: Vec<Doubt>,
+        warnings: Vec<TrackWarning>,
     }
     let text = files::read_text(&path.with_extension("json")).unwrap_or_default();
-    if let Ok(Sidecar { doubts }) = serde_json::from_str(&text) {
-        return doubts;
+    if let Ok(Sidecar { warnings }) = serde_json::from_str(&text) {
+        return warnings;
     }
     let rows = track.samples.len();
-    let held = track.samples.iter().filter(|sample| sample.quality == Quality::Held).count();
-    let advice = || format!("the tip is held in {held} of {rows} rows, more than half");
-    is_too_few(rows - held, rows).then(|| Doubt::new(DoubtKind::FewMeasured, advice())).into_iter().collect()
+    let held = track.samples.iter().filter(|sample| sample.quality == Quality::CarriedForward).count();
+    let advice = || format!("the tip is carried forward in {held} of {rows} rows, more than half");
+    is_too_few(rows - held, rows)
+        .then(|| TrackWarning::new(WarningKind::FewMeasured, advice()))
+        .into_iter()
+        .collect()
 }

@@ -1,16 +1,16 @@
-//! What a comparison of recipes found: the content of `laboratories.json`.
+//! What a comparison of methods found: the content of `replicates.json`.
 
 use serde::{Deserialize, Serialize};
 use tropism::math::statistics::mean;
 use tropism::task::Task;
 use tropism_bean::tent::Greenhouse;
 
-use super::{BOUND, CHASE, CONSTANT, LaboratoriesConfig, LaboratoriesPlan, World, controller_name};
+use super::{CONSTANT, GREEDY, REFERENCE, ReplicatesConfig, ReplicatesPlan, Scenario, controller_name};
 use crate::Workflow;
-use crate::statistics::interval_over_laboratories;
+use crate::statistics::interval_over_replicates;
 use crate::transfer::{ControllerResults, SeenTurns, Share, TransferResults};
 
-/// A mean with its 95 % interval, by bootstrap over laboratories and plants.
+/// A mean with its 95 % interval, by bootstrap over replicates and plants.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeanAndInterval {
     /// Mean, in cm.
@@ -20,35 +20,35 @@ pub struct MeanAndInterval {
 }
 
 impl MeanAndInterval {
-    /// Of the values of each laboratory on each plant.
+    /// Of the values of each replicate on each plant.
     fn of(values: &[Vec<f64>], seed: u64) -> Self {
         Self {
             mean: mean(values.iter().map(|values| mean(values.iter().copied()))),
-            interval: interval_over_laboratories(values, seed),
+            interval: interval_over_replicates(values, seed),
         }
     }
 }
 
-/// The comparison of recipes. Fitness is in cm; in turns where a stem is to wind round a pole.
+/// The comparison of methods. Fitness is in cm; in turns where a stem is to wind round a pole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LaboratoriesResults {
-    /// `tropism.laboratories/1`.
+pub struct ReplicatesResults {
+    /// `tropism.replicates/1`.
     pub schema: String,
     /// Version of the software.
     pub version: String,
     /// Always true.
     pub is_virtual: bool,
-    /// Number of laboratories; 0 where the study has no recipes.
-    pub laboratories: u32,
-    /// Plants that judge the controllers of a world which names no other number.
-    pub judging_plants: u32,
-    /// One entry a world.
-    pub worlds: Vec<WorldResults>,
+    /// Number of replicates; 0 where the study has no methods.
+    pub replicates: u32,
+    /// Plants that judge the controllers of a scenario which names no other number.
+    pub test_plants: u32,
+    /// One entry a scenario.
+    pub scenarios: Vec<ScenarioResults>,
 }
 
-/// All controllers of one world.
+/// All controllers of one scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct WorldResults {
+pub struct ScenarioResults {
     /// Its name.
     pub name: String,
     /// Species of the plants.
@@ -60,7 +60,7 @@ pub struct WorldResults {
     pub task: String,
     /// Plants that judge the controllers.
     #[serde(default)]
-    pub judging_plants: u32,
+    pub test_plants: u32,
     /// Whether the judged tip is measured in photographs.
     #[serde(default)]
     pub photographs: bool,
@@ -69,14 +69,14 @@ pub struct WorldResults {
     /// The dormant control: the left lamp stays lit.
     pub constant: BaselineResults,
     /// The greedy rule.
-    pub chase: BaselineResults,
+    pub greedy: BaselineResults,
     /// The rule that was tuned on virtual plants themselves.
-    pub bound: Option<BaselineResults>,
-    /// One entry a recipe; none where the rules by hand alone are judged.
-    pub recipes: Vec<RecipeResults>,
+    pub reference: Option<BaselineResults>,
+    /// One entry a method; none where the rules by hand alone are judged.
+    pub methods: Vec<MethodResults>,
 }
 
-/// A controller that no laboratory makes.
+/// A controller that no replicate makes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BaselineResults {
     /// Fitness over the plants.
@@ -106,44 +106,44 @@ impl BaselineResults {
     }
 }
 
-/// A recipe in one world.
+/// A method in one scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RecipeResults {
+pub struct MethodResults {
     /// Its name.
     pub name: String,
-    /// Fitness over laboratories and plants.
+    /// Fitness over replicates and plants.
     pub fitness: MeanAndInterval,
     /// Fitness minus that of the greedy rule on the same plants.
-    pub over_chase: MeanAndInterval,
-    /// Fitness minus that of the bound on the same plants.
-    pub over_bound: Option<MeanAndInterval>,
-    /// Fitness minus that of the first recipe of the same laboratory on the same plants; `None` for the first.
+    pub over_greedy: MeanAndInterval,
+    /// Fitness minus that of the reference controller on the same plants.
+    pub over_reference: Option<MeanAndInterval>,
+    /// Fitness minus that of the first method of the same replicate on the same plants; `None` for the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over_first: Option<MeanAndInterval>,
     /// Share of plants with a fitness under 6 cm.
     pub under_6: f64,
-    /// Share of plants on which the whole task was done, as a mean over laboratories.
+    /// Share of plants on which the whole task was done, as a mean over replicates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub done: Option<f64>,
-    /// Median distance at the crossing of each target's height, in cm, as a mean over laboratories; `None` if no plant of one
+    /// Median distance at the crossing of each target's height, in cm, as a mean over replicates; `None` if no plant of one
     /// reached it.
     pub target_medians_cm: Vec<Option<f64>>,
-    /// Fitness minus what the laboratory predicted, as a mean over laboratories; `None` where none is predicted.
+    /// Fitness minus what the replicate predicted, as a mean over replicates; `None` where none is predicted.
     pub over_expected: Option<f64>,
     /// The greatest error of a prediction.
     pub worst_prediction: Option<f64>,
-    /// Processor time of a laboratory after its tracks, in s, as a mean.
+    /// Processor time of a replicate after its tracks, in s, as a mean.
     pub cpu_seconds: f64,
-    /// One entry a laboratory.
-    pub laboratories: Vec<LaboratoryResults>,
+    /// One entry a replicate.
+    pub replicates: Vec<ReplicateResults>,
 }
 
-/// The controller of one laboratory.
+/// The controller of one replicate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LaboratoryResults {
-    /// Fitness that the laboratory predicted.
+pub struct ReplicateResults {
+    /// Fitness that the replicate predicted.
     pub expected: Option<f64>,
-    /// Mean fitness on the judging plants.
+    /// Mean fitness on the test plants.
     pub mean: f64,
     /// 95 % interval of the mean, by bootstrap over the plants.
     pub interval: [f64; 2],
@@ -154,71 +154,79 @@ pub struct LaboratoryResults {
     pub done: Option<Share>,
 }
 
-impl LaboratoriesResults {
-    pub(super) fn new(config: &LaboratoriesConfig, worlds: Vec<WorldResults>) -> Self {
+impl ReplicatesResults {
+    pub(super) fn new(config: &ReplicatesConfig, scenarios: Vec<ScenarioResults>) -> Self {
         Self {
-            schema: LaboratoriesPlan::SCHEMA.to_owned(),
+            schema: ReplicatesPlan::SCHEMA.to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             is_virtual: true,
-            laboratories: config.laboratories_at_work(),
-            judging_plants: config.judging_plants,
-            worlds,
+            replicates: config.replicates_at_work(),
+            test_plants: config.test_plants,
+            scenarios,
         }
     }
 }
 
-impl WorldResults {
-    /// `costs`: processor time of each recipe in each laboratory, recipes within laboratories.
+impl ScenarioResults {
+    /// `costs`: processor time of each method in each replicate, methods within replicates.
     pub(super) fn new(
-        config: &LaboratoriesConfig,
-        world: &World,
+        config: &ReplicatesConfig,
+        scenario: &Scenario,
         greenhouse: &Greenhouse,
         judged: &TransferResults,
         costs: &[f64],
         task: &Task,
     ) -> Self {
         let find = |name: &str| judged.controllers.iter().find(|one| one.name == name);
-        let chase = find(CHASE).expect("the greedy rule is judged");
+        let greedy = find(GREEDY).expect("the greedy rule is judged");
         let constant = find(CONSTANT).expect("the dormant control is judged");
-        let bound = find(BOUND);
-        let of_laboratories = |recipe| -> Vec<&ControllerResults> {
-            let names = (0..config.laboratories).map(|laboratory| controller_name(recipe, laboratory));
+        let reference = find(REFERENCE);
+        let of_replicates = |method| -> Vec<&ControllerResults> {
+            let names = (0..config.replicates).map(|replicate| controller_name(method, replicate));
             names.map(|name| find(&name).expect("each controller is judged")).collect()
         };
-        let recipes = config.recipes.iter().enumerate().map(|(number, recipe)| {
-            let own = of_laboratories(recipe);
-            let first = (number > 0).then(|| of_laboratories(&config.recipes[0]));
-            let costs = costs.iter().skip(number).step_by(config.recipes.len()).copied();
-            RecipeResults::new(&recipe.name, &own, chase, bound, first.as_deref(), mean(costs), config.seed)
+        let methods = config.methods.iter().enumerate().map(|(number, method)| {
+            let own = of_replicates(method);
+            let first = (number > 0).then(|| of_replicates(&config.methods[0]));
+            let costs = costs.iter().skip(number).step_by(config.methods.len()).copied();
+            MethodResults::new(
+                &method.name,
+                &own,
+                greedy,
+                reference,
+                first.as_deref(),
+                mean(costs),
+                config.seed,
+            )
         });
         Self {
-            name: world.name.clone(),
+            name: scenario.name.clone(),
             species: greenhouse.bean.name.clone(),
-            scale: world.scale,
-            judging_plants: config.judging_plants_of(world),
-            photographs: config.photographs_of(world),
+            scale: scenario.scale,
+            test_plants: config.test_plants_of(scenario),
+            photographs: config.photographs_of(scenario),
             task: task.title(),
             best_possible: task.best_fitness(),
             constant: BaselineResults::of(constant),
-            chase: BaselineResults::of(chase),
-            bound: bound.map(BaselineResults::of),
-            recipes: recipes.collect(),
+            greedy: BaselineResults::of(greedy),
+            reference: reference.map(BaselineResults::of),
+            methods: methods.collect(),
         }
     }
 }
 
-impl RecipeResults {
+impl MethodResults {
     fn new(
         name: &str,
-        of_laboratories: &[&ControllerResults],
-        chase: &ControllerResults,
-        bound: Option<&ControllerResults>,
+        of_replicates: &[&ControllerResults],
+        greedy: &ControllerResults,
+        reference: Option<&ControllerResults>,
         first: Option<&[&ControllerResults]>,
         cpu_seconds: f64,
         seed: u64,
     ) -> Self {
-        let fitness: Vec<Vec<f64>> = of_laboratories.iter().map(|one| one.fitness.clone()).collect();
-        // `others`: what each laboratory is compared with.
+        let fitness: Vec<Vec<f64>> = of_replicates.iter().map(|one| one.fitness.clone()).collect();
+        // `others`: what each replicate is compared with.
         let over = |others: &[&ControllerResults]| {
             let minus = |(own, other): (&Vec<f64>, &&ControllerResults)| {
                 own.iter().zip(&other.fitness).map(|(own, other)| own - other).collect()
@@ -227,35 +235,35 @@ impl RecipeResults {
         };
         let over_one = |other| over(&vec![other; fitness.len()]);
         let errors: Option<Vec<f64>> =
-            of_laboratories.iter().map(|one| Some(one.mean - one.expected?)).collect();
-        let targets = chase.targets.len();
+            of_replicates.iter().map(|one| Some(one.mean - one.expected?)).collect();
+        let targets = greedy.targets.len();
         let median = |target: usize| {
             let medians: Option<Vec<f64>> =
-                of_laboratories.iter().map(|one| one.targets[target].median_cm).collect();
+                of_replicates.iter().map(|one| one.targets[target].median_cm).collect();
             medians.map(mean)
         };
-        let laboratory = |one: &&ControllerResults| LaboratoryResults {
+        let replicate = |one: &&ControllerResults| ReplicateResults {
             expected: one.expected,
             mean: one.mean,
             interval: one.interval,
             under_6: one.under_6,
             done: one.done,
         };
-        let done: Option<Vec<f64>> = of_laboratories.iter().map(|one| Some(one.done?.share)).collect();
+        let done: Option<Vec<f64>> = of_replicates.iter().map(|one| Some(one.done?.share)).collect();
         Self {
             name: name.to_owned(),
             done: done.map(mean),
             fitness: MeanAndInterval::of(&fitness, seed),
-            over_chase: over_one(chase),
-            over_bound: bound.map(over_one),
+            over_greedy: over_one(greedy),
+            over_reference: reference.map(over_one),
             over_first: first.map(over),
-            under_6: mean(of_laboratories.iter().map(|one| one.under_6)),
+            under_6: mean(of_replicates.iter().map(|one| one.under_6)),
             target_medians_cm: (0..targets).map(median).collect(),
             over_expected: errors.as_ref().map(|errors| mean(errors.iter().copied())),
             worst_prediction: errors
                 .map(|errors| errors.iter().fold(0.0, |worst, error| f64::max(worst, error.abs()))),
             cpu_seconds,
-            laboratories: of_laboratories.iter().map(laboratory).collect(),
+            replicates: of_replicates.iter().map(replicate).collect(),
         }
     }
 }

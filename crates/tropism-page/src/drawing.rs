@@ -5,7 +5,7 @@ use tropism::geometry::Point;
 use tropism::obstacle::Obstacle;
 use tropism::task::Task;
 
-use crate::error::Refusal;
+use crate::PageError;
 
 /// Targets of a drawing, at most.
 const MOST_TARGETS: usize = 8;
@@ -22,35 +22,40 @@ const ABOVE_CM: f64 = 0.3;
 /// What was drawn: targets with what stands in the way, or a form of the stem.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Drawing {
+pub struct Drawing {
     /// In cm.
     #[serde(default)]
-    pub(crate) targets: Vec<[f64; 2]>,
+    pub targets: Vec<[f64; 2]>,
     /// What the stem must not touch.
     #[serde(default)]
-    pub(crate) obstacles: Vec<Obstacle>,
+    pub obstacles: Vec<Obstacle>,
     /// Points to steer by on the way, in cm.
     #[serde(default)]
-    pub(crate) way_points: Vec<[f64; 2]>,
+    pub way_points: Vec<[f64; 2]>,
     /// The form that the stem is to have, in place of all else.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) form: Option<Form>,
+    pub form: Option<Form>,
 }
 
 /// A form of the stem: the line that it is to follow, or what is wanted of its bow. In cm.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Form {
+pub struct Form {
     /// From the root upwards; empty for none.
     #[serde(default)]
-    pub(crate) line: Vec<[f64; 2]>,
-    pub(crate) apex: Option<[f64; 2]>,
-    pub(crate) radius_cm: Option<f64>,
-    pub(crate) inflection: Option<[f64; 2]>,
-    pub(crate) lean_deg: Option<f64>,
-    pub(crate) within_cm: Option<f64>,
+    pub line: Vec<[f64; 2]>,
+    /// Where the bow is farthest to the side.
+    pub apex: Option<[f64; 2]>,
+    /// Radius of the bow in cm, below 0 to the left.
+    pub radius_cm: Option<f64>,
+    /// Where the bow changes its side.
+    pub inflection: Option<[f64; 2]>,
+    /// Lean of the upper third to the vertical in degrees, below 0 to the left.
+    pub lean_deg: Option<f64>,
+    /// Difference from the form at which it is reached, in cm.
+    pub within_cm: Option<f64>,
     /// Height of the tip at which the form counts; that of the highest point of the line by default.
-    pub(crate) end_height_cm: Option<f64>,
+    pub end_height_cm: Option<f64>,
 }
 
 impl Form {
@@ -66,10 +71,10 @@ impl Form {
         }
     }
 
-    fn task(&self) -> Result<Task, Refusal> {
+    fn task(&self) -> Result<Task, PageError> {
         let count = self.line.len();
         if count > MOST_POINTS {
-            return Err(Refusal::bad(format!(
+            return Err(PageError::new(format!(
                 "found a line of {count} points, wanted {MOST_POINTS} at most"
             )));
         }
@@ -88,7 +93,7 @@ impl Form {
             end_height_cm: self.end_height_cm.or(highest).unwrap_or(plain.end_height_cm),
             ..plain
         };
-        task.check().map_err(|error| Refusal::bad(error.to_string()))?;
+        task.check().map_err(|error| PageError::new(error.to_string()))?;
         Ok(task)
     }
 }
@@ -98,22 +103,24 @@ fn pairs(points: &[Point]) -> Vec<[f64; 2]> {
 }
 
 /// Refuses points that are too far off to be meant.
-fn check_near(mut points: impl Iterator<Item = Point>) -> Result<(), Refusal> {
+fn check_near(mut points: impl Iterator<Item = Point>) -> Result<(), PageError> {
     let is_far = |point: Point| !point.is_finite() || point.x.abs().max(point.y.abs()) > MOST_CM;
     if points.any(is_far) {
-        return Err(Refusal::bad(format!("found something beyond {MOST_CM} cm, wanted it nearer")));
+        return Err(PageError::new(format!("found something beyond {MOST_CM} cm, wanted it nearer")));
     }
     Ok(())
 }
 
 impl Drawing {
-    /// Targets alone.
-    pub(crate) fn of_targets(targets: &[[f64; 2]]) -> Self {
+    /// Targets alone, in cm.
+    #[must_use]
+    pub fn of_targets(targets: &[[f64; 2]]) -> Self {
         Self { targets: targets.to_vec(), ..Self::default() }
     }
 
     /// The drawing of a task.
-    pub(crate) fn of(task: &Task) -> Self {
+    #[must_use]
+    pub fn of(task: &Task) -> Self {
         Self {
             targets: pairs(&task.targets),
             obstacles: task.obstacles.clone(),
@@ -123,12 +130,16 @@ impl Drawing {
     }
 
     /// Reads the JSON of an address.
-    pub(crate) fn read(text: &str) -> Result<Self, Refusal> {
-        serde_json::from_str(text).map_err(|error| Refusal::bad(format!("drawing: {error}")))
+    ///
+    /// # Errors
+    /// [`PageError`] says what is no drawing.
+    pub fn read(text: &str) -> Result<Self, PageError> {
+        serde_json::from_str(text).map_err(|error| PageError::new(format!("drawing: {error}")))
     }
 
     /// Whether the task looks at the whole stem.
-    pub(crate) fn has_stem(&self) -> bool {
+    #[must_use]
+    pub fn has_stem(&self) -> bool {
         self.form.is_some() || !self.obstacles.is_empty() || !self.way_points.is_empty()
     }
 
@@ -136,31 +147,31 @@ impl Drawing {
     ///
     /// # Errors
     /// As [`Self::task`].
-    pub(crate) fn best(&self) -> Result<Option<f64>, Refusal> {
+    pub fn best(&self) -> Result<Option<f64>, PageError> {
         Ok(self.task()?.best_fitness())
     }
 
     /// The task: targets and way points from the lowest to the highest.
     ///
     /// # Errors
-    /// [`Refusal`] names what is wrong.
-    pub(crate) fn task(&self) -> Result<Task, Refusal> {
+    /// [`PageError`] names what is wrong.
+    pub fn task(&self) -> Result<Task, PageError> {
         let Self { targets, obstacles, way_points, form } = self;
         if let Some(form) = form {
             if targets.is_empty() && obstacles.is_empty() && way_points.is_empty() {
                 return form.task();
             }
-            return Err(Refusal::bad(
+            return Err(PageError::new(
                 "found a form of the stem beside targets or obstacles, wanted one or the other",
             ));
         }
         if targets.is_empty() || targets.len() > MOST_TARGETS {
             let count = targets.len();
-            return Err(Refusal::bad(format!("found {count} targets, wanted 1 to {MOST_TARGETS}")));
+            return Err(PageError::new(format!("found {count} targets, wanted 1 to {MOST_TARGETS}")));
         }
         for (what, count) in [("obstacles", obstacles.len()), ("way points", way_points.len())] {
             if count > MOST_TARGETS {
-                return Err(Refusal::bad(format!("found {count} {what}, wanted {MOST_TARGETS} at most")));
+                return Err(PageError::new(format!("found {count} {what}, wanted {MOST_TARGETS} at most")));
             }
         }
         let sorted = |points: &[[f64; 2]]| {
@@ -181,7 +192,7 @@ impl Drawing {
         } else {
             Task { targets, end_height_cm: round_to_mm(highest + ABOVE_CM), ..Task::default() }
         };
-        task.check().map_err(|error| Refusal::bad(error.to_string()))?;
+        task.check().map_err(|error| PageError::new(error.to_string()))?;
         Ok(task)
     }
 
@@ -189,13 +200,13 @@ impl Drawing {
     ///
     /// # Errors
     /// As [`Self::task`].
-    pub(crate) fn to_toml(&self) -> Result<String, Refusal> {
-        toml::to_string(&self.task()?).map_err(|error| Refusal::bad(error.to_string()))
+    pub fn to_toml(&self) -> Result<String, PageError> {
+        toml::to_string(&self.task()?).map_err(|error| PageError::new(error.to_string()))
     }
 }
 
 /// To the millimetre, in cm.
-pub(crate) fn round_to_mm(value: f64) -> f64 {
+fn round_to_mm(value: f64) -> f64 {
     (10.0 * value).round() / 10.0
 }
 

@@ -1,10 +1,10 @@
-//! Recipes for controllers, compared over several laboratories and worlds.
+//! Methods for controllers, compared over several replicates and scenarios.
 //!
-//! In: recipes, such as "six tracks, a model of the stem, a tuned rule", and worlds, each a species with its variation. Out:
-//! how well controllers that were made from the tracks of a few plants steer other plants, with intervals over laboratories
-//! and plants. Each laboratory grows plants of its own, and makes everything from their tracks alone. All controllers of a
-//! world steer the same unseen plants. Each stage executes the plan of another workflow; one whose file is there is not
-//! repeated. Without recipes the rules by hand alone are judged, and nothing is grown, fitted or searched for beforehand:
+//! In: methods, such as "six tracks, a model of the stem, a tuned rule", and scenarios, each a species with its variation. Out:
+//! how well controllers that were made from the tracks of a few plants steer other plants, with intervals over replicates
+//! and plants. Each replicate grows plants of its own, and makes everything from their tracks alone. All controllers of a
+//! scenario steer the same unseen plants. Each stage executes the plan of another workflow; one whose file is there is not
+//! repeated. Without methods the rules by hand alone are judged, and nothing is grown, fitted or searched for beforehand:
 //! that is for tasks that no model knows. `docs/how-to/compare-controllers.md` has the protocol.
 
 mod results;
@@ -23,10 +23,10 @@ use tropism_bean::Species;
 use tropism_bean::tent::Greenhouse;
 
 pub use self::results::{
-    BaselineResults, LaboratoriesResults, LaboratoryResults, MeanAndInterval, RecipeResults, WorldResults,
+    BaselineResults, MeanAndInterval, MethodResults, ReplicateResults, ReplicatesResults, ScenarioResults,
 };
 pub(crate) use self::status::status;
-pub use self::status::{LaboratoriesStatus, WorldStatus};
+pub use self::status::{ReplicatesStatus, ScenarioStatus};
 use crate::controller::ControllerSpec;
 use crate::evolve::{EvolvePlan, TRIAL_PLANTS};
 use crate::files::{self, FileError};
@@ -36,13 +36,13 @@ use crate::lock::{FolderLock, lock};
 use crate::planner::PlannerFile;
 use crate::sequences;
 use crate::task::check_goal;
-use crate::transfer::{JUDGING_PLANTS, NamedController, TransferPlan, TransferResults, check_name};
+use crate::transfer::{NamedController, TEST_PLANTS, TransferPlan, TransferResults, check_name};
 use crate::tune::TunePlan;
 use crate::workflow::check_same;
 use crate::{Error, Monitor, Workflow};
 
-/// Name of the greedy rule among the controllers of a world.
-const CHASE: &str = "chase";
+/// Name of the greedy rule among the controllers of a scenario.
+const GREEDY: &str = "greedy";
 
 /// Name of the dormant control: one lamp that stays lit.
 const CONSTANT: &str = "constant";
@@ -51,25 +51,25 @@ const CONSTANT: &str = "constant";
 const ALWAYS_MIN: f64 = 1e6;
 
 /// Name of the rule that was tuned on virtual plants themselves.
-const BOUND: &str = "bound";
+const REFERENCE: &str = "reference";
 
-/// How a laboratory makes a controller from its tracks.
+/// How a replicate makes a controller from its tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "method", rename_all = "lowercase", deny_unknown_fields)]
-pub enum Method {
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub enum MethodKind {
     /// NEAT, by default on the paper's tip-motion model: the champion is the best on models of single plants.
     Evolve {
         /// Which model.
         #[serde(default, skip_serializing_if = "is_tip")]
         model: ModelKind,
-        /// The recipe before this one from whose champion evolution starts, with its sensors.
+        /// The method before this one from whose champion evolution starts, with its sensors.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         from: Option<String>,
         /// Number of runs, generations and episodes, and NEAT's parameters.
         #[serde(default)]
         evolution: Box<EvolutionConfig>,
     },
-    /// A rule of nine numbers, tuned on a model.
+    /// A rule with nine parameters, tuned on a model.
     Tune {
         /// Which model.
         model: ModelKind,
@@ -87,20 +87,20 @@ pub enum Method {
     },
 }
 
-/// A recipe with its name.
+/// A method with its name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Recipe {
+pub struct Method {
     /// Its name: letters, digits, `-`, `_` and `.`.
     pub name: String,
     /// How it makes a controller.
     #[serde(flatten)]
-    pub method: Method,
+    pub kind: MethodKind,
 }
 
 /// Plants of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct World {
+pub struct Scenario {
     /// Its name: letters, digits, `-`, `_` and `.`.
     pub name: String,
     /// File of the species; the common bean by default.
@@ -109,26 +109,26 @@ pub struct World {
     /// Individual variation of the plants as a multiple of that of the species.
     #[serde(default = "one")]
     pub scale: f64,
-    /// File of the task of this world; that of the study by default.
+    /// File of the task of this scenario; that of the study by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub task: Option<PathBuf>,
     /// Steps of an open-loop experiment, 1 to 1000000; those of the study by default. A slow species needs more of them to grow
     /// as high. None beside `controllers_of`: no open-loop experiment is made then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<u32>,
-    /// Plants that judge the controllers of this world, 1 to 100000; those of the study by default.
+    /// Plants that judge the controllers of this scenario, 1 to 100000; those of the study by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub judging_plants: Option<u32>,
-    /// Whether the judged tip of this world is measured in photographs; as in the study by default.
+    pub test_plants: Option<u32>,
+    /// Whether the judged tip of this scenario is measured in photographs; as in the study by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub photographs: Option<bool>,
-    /// Name of a world before this one, whose controllers and bound are judged here, too: none is made for this world.
+    /// Name of a scenario before this one, whose controllers and reference are judged here, too: none is made for this scenario.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controllers_of: Option<String>,
 }
 
-impl World {
-    /// A world of common beans with the task of the study.
+impl Scenario {
+    /// A scenario of common beans with the task of the study.
     #[must_use]
     pub fn named(name: &str) -> Self {
         Self {
@@ -137,7 +137,7 @@ impl World {
             scale: one(),
             task: None,
             steps: None,
-            judging_plants: None,
+            test_plants: None,
             photographs: None,
             controllers_of: None,
         }
@@ -156,79 +156,79 @@ const fn one() -> f64 {
 /// Everything that decides the results: the content of a study file such as `studies/robust.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct LaboratoriesConfig {
+pub struct ReplicatesConfig {
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Number of laboratories, 1 to 1000.
-    pub laboratories: u32,
-    /// Plants whose tracks a laboratory has, 1 to 1000. Paper: 6 (section 2.2.1).
+    /// Number of replicates, 1 to 1000.
+    pub replicates: u32,
+    /// Plants whose tracks a replicate has, 1 to 1000. Paper: 6 (section 2.2.1).
     pub plants: u32,
     /// Steps of an open-loop experiment. Paper: 1000 (section 2.2.1).
     pub steps: u32,
-    /// Plants that judge the controllers of a world, 1 to 100000.
-    pub judging_plants: u32,
+    /// Plants that judge the controllers of a scenario, 1 to 100000.
+    pub test_plants: u32,
     /// Task of the controllers; it has targets.
     pub task: Task,
     /// Whether the judged tip is measured in photographs.
     pub photographs: bool,
-    /// The search for the bound: a rule that is tuned on virtual plants themselves. Left out, there is no bound.
+    /// The search for the reference controller: a rule that is tuned on virtual plants themselves. Left out, there is no reference.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub bound: Option<RuleSearch>,
-    /// The recipes. With an empty list the rules by hand alone are judged, and `laboratories`, `plants` and `steps` count for
+    pub reference: Option<RuleSearch>,
+    /// The methods. With an empty list the rules by hand alone are judged, and `replicates`, `plants` and `steps` count for
     /// nothing.
-    pub recipes: Vec<Recipe>,
-    /// The worlds.
-    pub worlds: Vec<World>,
+    pub methods: Vec<Method>,
+    /// The scenarios.
+    pub scenarios: Vec<Scenario>,
 }
 
-impl Default for LaboratoriesConfig {
+impl Default for ReplicatesConfig {
     fn default() -> Self {
-        let rule = Method::Tune { model: ModelKind::STEM, search: RuleSearch::default() };
+        let rule = MethodKind::Tune { model: ModelKind::STEM, search: RuleSearch::default() };
         Self {
             seed: 1,
-            laboratories: 5,
+            replicates: 5,
             plants: 6,
             steps: 1000,
-            judging_plants: JUDGING_PLANTS,
+            test_plants: TEST_PLANTS,
             task: Task::default(),
             photographs: false,
-            bound: None,
-            recipes: vec![Recipe { name: "rule".to_owned(), method: rule }],
-            worlds: vec![World::named("common-bean")],
+            reference: None,
+            methods: vec![Method { name: "rule".to_owned(), kind: rule }],
+            scenarios: vec![Scenario::named("common-bean")],
         }
     }
 }
 
-/// Compares recipes over laboratories and worlds, in a folder that can be resumed.
+/// Compares methods over replicates and scenarios, in a folder that can be resumed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct LaboratoriesPlan {
+pub struct ReplicatesPlan {
     /// Folder for tracks, models, controllers and results.
     pub out: PathBuf,
     /// Whether to continue in `out`.
     pub resume: bool,
     /// Everything that decides the results.
-    pub config: LaboratoriesConfig,
+    pub config: ReplicatesConfig,
 }
 
-impl Default for LaboratoriesPlan {
+impl Default for ReplicatesPlan {
     fn default() -> Self {
-        Self { out: "laboratories".into(), resume: false, config: LaboratoriesConfig::default() }
+        Self { out: "replicates".into(), resume: false, config: ReplicatesConfig::default() }
     }
 }
 
-/// What decides the results: the content of `laboratories.toml`.
+/// What decides the results: the content of `replicates.toml`.
 #[derive(Serialize)]
-struct LaboratoriesRecord<'p> {
+struct ReplicatesRecord<'p> {
     schema: &'static str,
     version: &'static str,
     is_virtual: bool,
-    config: &'p LaboratoriesConfig,
+    config: &'p ReplicatesConfig,
     species: Vec<Species>,
     tasks: Vec<Task>,
 }
 
-impl LaboratoriesConfig {
+impl ReplicatesConfig {
     /// Reads a study file. Files that it names are looked for from its own folder.
     ///
     /// # Errors
@@ -239,24 +239,26 @@ impl LaboratoriesConfig {
         Ok(config)
     }
 
-    /// Laboratories that make controllers: none without recipes.
-    fn laboratories_at_work(&self) -> u32 {
-        if self.recipes.is_empty() { 0 } else { self.laboratories }
+    /// Replicates that make controllers: none without methods.
+    fn replicates_at_work(&self) -> u32 {
+        if self.methods.is_empty() { 0 } else { self.replicates }
     }
 
-    /// Plants that judge the controllers of a world.
-    fn judging_plants_of(&self, world: &World) -> u32 {
-        world.judging_plants.unwrap_or(self.judging_plants)
+    /// Plants that judge the controllers of a scenario.
+    fn test_plants_of(&self, scenario: &Scenario) -> u32 {
+        scenario.test_plants.unwrap_or(self.test_plants)
     }
 
-    /// Whether the judged tip of a world is measured in photographs.
-    fn photographs_of(&self, world: &World) -> bool {
-        world.photographs.unwrap_or(self.photographs)
+    /// Whether the judged tip of a scenario is measured in photographs.
+    fn photographs_of(&self, scenario: &Scenario) -> bool {
+        scenario.photographs.unwrap_or(self.photographs)
     }
 
     /// Looks for the files that it names from `folder` on.
     pub(crate) fn find_files_in(&mut self, folder: &Path) {
-        for file in self.worlds.iter_mut().flat_map(|world| [&mut world.bean, &mut world.task]).flatten() {
+        for file in
+            self.scenarios.iter_mut().flat_map(|scenario| [&mut scenario.bean, &mut scenario.task]).flatten()
+        {
             *file = folder.join(&*file);
         }
     }
@@ -268,48 +270,48 @@ impl LaboratoriesConfig {
     pub fn check(&self) -> Result<(), Error> {
         self.task.check().map_err(Error::in_plan("task"))?;
         check_goal(&self.task)?;
-        Error::check_range("laboratories", self.laboratories, 1000)?;
+        Error::check_range("replicates", self.replicates, 1000)?;
         Error::check_range("plants", self.plants, 1000)?;
         Error::check_range("steps", self.steps, 1_000_000)?;
-        Error::check_range("judging_plants", self.judging_plants, 100_000)?;
-        if let Some(search) = &self.bound {
-            search.check().map_err(Error::in_plan("bound"))?;
+        Error::check_range("test_plants", self.test_plants, 100_000)?;
+        if let Some(search) = &self.reference {
+            search.check().map_err(Error::in_plan("reference"))?;
         }
-        check_names("recipes", self.recipes.iter().map(|recipe| recipe.name.as_str()))?;
-        check_names("worlds", self.worlds.iter().map(|world| world.name.as_str()))?;
-        for (number, Recipe { name, method }) in self.recipes.iter().enumerate() {
-            if let Method::Evolve { from: Some(from), .. } = method {
-                check_from(name, from, &self.recipes[..number])?;
+        check_names("methods", self.methods.iter().map(|method| method.name.as_str()))?;
+        check_names("scenarios", self.scenarios.iter().map(|scenario| scenario.name.as_str()))?;
+        for (number, Method { name, kind }) in self.methods.iter().enumerate() {
+            if let MethodKind::Evolve { from: Some(from), .. } = kind {
+                check_from(name, from, &self.methods[..number])?;
             }
-            match method {
-                Method::Evolve { evolution, .. } => evolution.check().map_err(Error::in_plan(name))?,
-                Method::Tune { search, .. } => search.check().map_err(Error::in_plan(name))?,
-                Method::Plan { planner, .. } => planner.check().map_err(Error::in_plan(name))?,
+            match kind {
+                MethodKind::Evolve { evolution, .. } => evolution.check().map_err(Error::in_plan(name))?,
+                MethodKind::Tune { search, .. } => search.check().map_err(Error::in_plan(name))?,
+                MethodKind::Plan { planner, .. } => planner.check().map_err(Error::in_plan(name))?,
             }
         }
-        if self.worlds.is_empty() {
-            return Err(Error::Plan("`worlds`: found none, wanted at least one".to_owned()));
+        if self.scenarios.is_empty() {
+            return Err(Error::Plan("`scenarios`: found none, wanted at least one".to_owned()));
         }
-        for (number, world) in self.worlds.iter().enumerate() {
-            let World { name, steps, judging_plants, controllers_of, .. } = world;
+        for (number, scenario) in self.scenarios.iter().enumerate() {
+            let Scenario { name, steps, test_plants, controllers_of, .. } = scenario;
             if let Some(other) = controllers_of {
-                check_controllers_of(name, other, &self.worlds[..number])?;
+                check_controllers_of(name, other, &self.scenarios[..number])?;
                 if let Some(steps) = steps {
                     return Err(Error::Plan(format!(
-                        "world {name}: found steps = {steps} beside controllers_of = {other:?}, wanted one of the two: \
-                         a world that borrows its controllers has no open-loop experiments"
+                        "scenario {name}: found steps = {steps} beside controllers_of = {other:?}, wanted one of the two: \
+                         a scenario that borrows its controllers has no open-loop experiments"
                     )));
                 }
             }
-            let plants = judging_plants.unwrap_or(self.judging_plants);
-            Error::check_range("judging_plants", plants, 100_000)
+            let plants = test_plants.unwrap_or(self.test_plants);
+            Error::check_range("test_plants", plants, 100_000)
                 .and_then(|()| Error::check_range("steps", steps.unwrap_or(self.steps), 1_000_000))
-                .map_err(Error::at(format!("world {name}")))?;
+                .map_err(Error::at(format!("scenario {name}")))?;
         }
-        let is_scale = |world: &&World| !(0.0..=2.0).contains(&world.scale);
-        match self.worlds.iter().find(is_scale) {
-            Some(World { name, scale, .. }) => {
-                Err(Error::Plan(format!("world {name}: found scale = {scale}, wanted 0 to 2")))
+        let is_scale = |scenario: &&Scenario| !(0.0..=2.0).contains(&scenario.scale);
+        match self.scenarios.iter().find(is_scale) {
+            Some(Scenario { name, scale, .. }) => {
+                Err(Error::Plan(format!("scenario {name}: found scale = {scale}, wanted 0 to 2")))
             }
             None => Ok(()),
         }
@@ -318,7 +320,7 @@ impl LaboratoriesConfig {
 
 /// Checks that names are parts of file names, and that each comes once.
 fn check_names<'n>(key: &str, names: impl Iterator<Item = &'n str>) -> Result<(), Error> {
-    let reserved = [CHASE, BOUND, CONSTANT];
+    let reserved = [GREEDY, REFERENCE, CONSTANT];
     let mut known = reserved.to_vec();
     for name in names {
         check_name(key, name)?;
@@ -333,61 +335,62 @@ fn check_names<'n>(key: &str, names: impl Iterator<Item = &'n str>) -> Result<()
     Ok(())
 }
 
-/// Checks that the recipe `name` starts from the champion of one of those `before` it.
-fn check_from(name: &str, from: &str, before: &[Recipe]) -> Result<(), Error> {
-    let is_found = |recipe: &Recipe| recipe.name == from && matches!(recipe.method, Method::Evolve { .. });
+/// Checks that the method `name` starts from the champion of one of those `before` it.
+fn check_from(name: &str, from: &str, before: &[Method]) -> Result<(), Error> {
+    let is_found = |method: &Method| method.name == from && matches!(method.kind, MethodKind::Evolve { .. });
     if before.iter().any(is_found) {
         return Ok(());
     }
     Err(Error::Plan(format!(
-        "{name}: found from = {from:?}, wanted the name of a recipe of method \"evolve\" before this one"
+        "{name}: found from = {from:?}, wanted the name of a method of kind \"evolve\" before this one"
     )))
 }
 
-/// Checks that the controllers of the world `name` are made in one of those `before` it.
-fn check_controllers_of(name: &str, other: &str, before: &[World]) -> Result<(), Error> {
-    if before.iter().any(|world| world.name == other && world.controllers_of.is_none()) {
+/// Checks that the controllers of the scenario `name` are made in one of those `before` it.
+fn check_controllers_of(name: &str, other: &str, before: &[Scenario]) -> Result<(), Error> {
+    if before.iter().any(|scenario| scenario.name == other && scenario.controllers_of.is_none()) {
         return Ok(());
     }
     Err(Error::Plan(format!(
-        "world {name}: found controllers_of = {other:?}, wanted the name of a world before this one that has controllers \
+        "scenario {name}: found controllers_of = {other:?}, wanted the name of a scenario before this one that has controllers \
          of its own"
     )))
 }
 
-impl Workflow for LaboratoriesPlan {
-    type Results = LaboratoriesResults;
+impl Workflow for ReplicatesPlan {
+    type Results = ReplicatesResults;
 
-    const SCHEMA: &'static str = "tropism.laboratories/1";
+    const SCHEMA: &'static str = "tropism.replicates/1";
 
     fn check(&self) -> Result<(), Error> {
         self.config.check()
     }
 
-    fn perform(&self, monitor: &dyn Monitor) -> Result<LaboratoriesResults, Error> {
+    fn perform(&self, monitor: &dyn Monitor) -> Result<ReplicatesResults, Error> {
         let tasks = self.tasks()?;
         let greenhouses = self.greenhouses(&tasks)?;
         let _lock = self.claim(&greenhouses, &tasks)?;
         monitor.note("virtual plants: nothing here is a measurement of a living plant");
-        if self.config.recipes.is_empty() {
+        if self.config.methods.is_empty() {
             monitor.note(
-                "no recipes: rules by hand alone are judged, without open-loop experiments, models or search",
+                "no methods: rules by hand alone are judged, without open-loop experiments, models or search",
             );
         }
-        let worlds =
-            self.config.worlds.iter().zip(greenhouses).zip(tasks).enumerate().map(|(number, world)| {
-                let ((world, greenhouse), task) = world;
-                let stages = Stages { plan: self, world, number: number as u64, greenhouse, task, monitor };
+        let scenarios =
+            self.config.scenarios.iter().zip(greenhouses).zip(tasks).enumerate().map(|(number, scenario)| {
+                let ((scenario, greenhouse), task) = scenario;
+                let stages =
+                    Stages { plan: self, scenario, number: number as u64, greenhouse, task, monitor };
                 stages.execute().map_err(|error| error.of_part(&self.out))
             });
-        let results = LaboratoriesResults::new(&self.config, worlds.collect::<Result<_, _>>()?);
-        files::write_json(&self.out.join("laboratories.json"), &results)?;
+        let results = ReplicatesResults::new(&self.config, scenarios.collect::<Result<_, _>>()?);
+        files::write_json(&self.out.join("replicates.json"), &results)?;
         Ok(results)
     }
 }
 
-impl LaboratoriesPlan {
-    /// The plan that goes on with the comparison in the folder `out`, from its `laboratories.toml`. Files of species must
+impl ReplicatesPlan {
+    /// The plan that goes on with the comparison in the folder `out`, from its `replicates.toml`. Files of species must
     /// still be where they were.
     ///
     /// # Errors
@@ -395,41 +398,41 @@ impl LaboratoriesPlan {
     pub fn of_folder(out: &Path) -> Result<Self, Error> {
         #[derive(Deserialize)]
         struct Record {
-            config: LaboratoriesConfig,
+            config: ReplicatesConfig,
         }
-        let Record { config } = files::read_toml(&out.join("laboratories.toml"))?;
+        let Record { config } = files::read_toml(&out.join("replicates.toml"))?;
         Ok(Self { out: out.to_owned(), resume: true, config })
     }
 
-    fn world_folder(&self, world: &World) -> PathBuf {
-        self.out.join(&world.name)
+    fn scenario_folder(&self, scenario: &Scenario) -> PathBuf {
+        self.out.join(&scenario.name)
     }
 
-    /// The folder of the world in which the controllers of `world` are made.
-    fn made_in(&self, world: &World) -> PathBuf {
-        self.out.join(world.controllers_of.as_ref().unwrap_or(&world.name))
+    /// The folder of the scenario in which the controllers of `scenario` are made.
+    fn made_in(&self, scenario: &Scenario) -> PathBuf {
+        self.out.join(scenario.controllers_of.as_ref().unwrap_or(&scenario.name))
     }
 
-    /// The file of the bound.
-    fn bound(&self, world: &World) -> PathBuf {
-        self.made_in(world).join("bound.json")
+    /// The file of the reference controller.
+    fn reference(&self, scenario: &Scenario) -> PathBuf {
+        self.made_in(scenario).join("reference.json")
     }
 
-    /// The files of what a laboratory, from 0, made by a recipe: its controller, and the time that it took.
-    fn made(&self, world: &World, laboratory: u32, recipe: &Recipe) -> [PathBuf; 2] {
-        let folder = laboratory_folder(&self.made_in(world), laboratory);
-        let kind = if matches!(recipe.method, Method::Plan { .. }) { "toml" } else { "json" };
-        [kind, "seconds"].map(|end| folder.join(format!("{}.{end}", recipe.name)))
+    /// The files of what a replicate, from 0, made by a method: its controller, and the time that it took.
+    fn made(&self, scenario: &Scenario, replicate: u32, method: &Method) -> [PathBuf; 2] {
+        let folder = replicate_folder(&self.made_in(scenario), replicate);
+        let kind = if matches!(method.kind, MethodKind::Plan { .. }) { "toml" } else { "json" };
+        [kind, "seconds"].map(|end| folder.join(format!("{}.{end}", method.name)))
     }
 
-    /// The task of each world.
+    /// The task of each scenario.
     fn tasks(&self) -> Result<Vec<Task>, Error> {
         let drawn = |mut task: Task| -> Result<Task, Error> {
             sequences::draw(&mut task, &Greenhouse::default(), PAPER_PERIOD_MIN, self.config.seed)?;
             Ok(task)
         };
-        let task = |world: &World| {
-            let Some(file) = &world.task else { return drawn(self.config.task.clone()) };
+        let task = |scenario: &Scenario| {
+            let Some(file) = &scenario.task else { return drawn(self.config.task.clone()) };
             let task = crate::task::read(file)?;
             if task.has_goal() {
                 return drawn(task);
@@ -440,25 +443,27 @@ impl LaboratoriesPlan {
             )
             .into())
         };
-        self.config.worlds.iter().map(task).collect()
+        self.config.scenarios.iter().map(task).collect()
     }
 
-    /// The tent of each world, with what its task needs.
+    /// The tent of each scenario, with what its task needs.
     fn greenhouses(&self, tasks: &[Task]) -> Result<Vec<Greenhouse>, Error> {
-        let greenhouse = |(world, task): (&World, &Task)| {
-            let bean: Species = world.bean.as_deref().map(files::read_toml).transpose()?.unwrap_or_default();
-            let greenhouse = Greenhouse { bean, scale: world.scale, ..Greenhouse::default() }.for_task(task);
-            let file = world.bean.clone().unwrap_or_default();
+        let greenhouse = |(scenario, task): (&Scenario, &Task)| {
+            let bean: Species =
+                scenario.bean.as_deref().map(files::read_toml).transpose()?.unwrap_or_default();
+            let greenhouse =
+                Greenhouse { bean, scale: scenario.scale, ..Greenhouse::default() }.for_task(task);
+            let file = scenario.bean.clone().unwrap_or_default();
             greenhouse.check().map_err(|error| FileError::content(&file, error.to_string()))?;
             Ok(greenhouse)
         };
-        self.config.worlds.iter().zip(tasks).map(greenhouse).collect()
+        self.config.scenarios.iter().zip(tasks).map(greenhouse).collect()
     }
 
     /// Makes the folder, or checks that the comparison in it is this one, and locks it until the result is dropped.
     fn claim(&self, greenhouses: &[Greenhouse], tasks: &[Task]) -> Result<FolderLock, Error> {
-        let path = self.out.join("laboratories.toml");
-        let record = LaboratoriesRecord {
+        let path = self.out.join("replicates.toml");
+        let record = ReplicatesRecord {
             schema: Self::SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
             is_virtual: true,
@@ -475,10 +480,10 @@ impl LaboratoriesPlan {
     }
 }
 
-/// A world at work.
+/// A scenario at work.
 struct Stages<'p> {
-    plan: &'p LaboratoriesPlan,
-    world: &'p World,
+    plan: &'p ReplicatesPlan,
+    scenario: &'p Scenario,
     /// Its number, from 0.
     number: u64,
     greenhouse: Greenhouse,
@@ -487,72 +492,72 @@ struct Stages<'p> {
 }
 
 impl Stages<'_> {
-    fn execute(&self) -> Result<WorldResults, Error> {
+    fn execute(&self) -> Result<ScenarioResults, Error> {
         let config = &self.plan.config;
         let constant = ControllerSpec::Periodic { minutes: ALWAYS_MIN, first: Light::LEFT };
         let mut controllers = vec![
-            NamedController { name: CHASE.to_owned(), controller: ControllerSpec::Greedy },
+            NamedController { name: GREEDY.to_owned(), controller: ControllerSpec::Greedy },
             NamedController { name: CONSTANT.to_owned(), controller: constant },
         ];
         let mut costs = Vec::new();
-        if let Some(search) = &config.bound {
-            let file = self.plan.bound(self.world);
+        if let Some(search) = &config.reference {
+            let file = self.plan.reference(self.scenario);
             if !file.exists() {
-                self.monitor.note(&format!("{}: the bound", self.world.name));
-                self.tune(&file, None, search, self.seed(u64::from(config.laboratories)))?;
+                self.monitor.note(&format!("{}: the reference controller", self.scenario.name));
+                self.tune(&file, None, search, self.seed(u64::from(config.replicates)))?;
             }
-            controllers.push(named(BOUND, &file)?);
+            controllers.push(named(REFERENCE, &file)?);
         }
-        for laboratory in 0..config.laboratories_at_work() {
-            if self.world.controllers_of.is_none() {
-                self.monitor.note(&format!("{}: laboratory {}", self.world.name, laboratory + 1));
+        for replicate in 0..config.replicates_at_work() {
+            if self.scenario.controllers_of.is_none() {
+                self.monitor.note(&format!("{}: replicate {}", self.scenario.name, replicate + 1));
             }
-            for recipe in &config.recipes {
-                let (file, cost) = self.make(laboratory, recipe)?;
-                controllers.push(named(&controller_name(recipe, laboratory), &file)?);
+            for method in &config.methods {
+                let (file, cost) = self.make(replicate, method)?;
+                controllers.push(named(&controller_name(method, replicate), &file)?);
                 costs.push(cost);
             }
         }
-        self.monitor.note(&format!("{}: judging", self.world.name));
+        self.monitor.note(&format!("{}: judging", self.scenario.name));
         let judged = self.judge(controllers)?;
-        Ok(WorldResults::new(config, self.world, &self.greenhouse, &judged, &costs, &self.task))
+        Ok(ScenarioResults::new(config, self.scenario, &self.greenhouse, &judged, &costs, &self.task))
     }
 
     fn folder(&self) -> PathBuf {
-        self.plan.world_folder(self.world)
+        self.plan.scenario_folder(self.scenario)
     }
 
-    /// The seed of a laboratory of this world.
-    fn seed(&self, laboratory: u64) -> u64 {
-        // A thousand laboratories at most.
-        random::derive(self.plan.config.seed, Purpose::Run, self.number << 32 | laboratory) >> 1
+    /// The seed of a replicate of this scenario.
+    fn seed(&self, replicate: u64) -> u64 {
+        // A thousand replicates at most.
+        random::derive(self.plan.config.seed, Purpose::Run, self.number << 32 | replicate) >> 1
     }
 
-    /// The controller of a laboratory by a recipe: its file, and the processor time that it took, in s.
-    fn make(&self, laboratory: u32, recipe: &Recipe) -> Result<(PathBuf, f64), Error> {
-        let [file, cost] = self.plan.made(self.world, laboratory, recipe);
-        let folder = laboratory_folder(&self.folder(), laboratory);
+    /// The controller of a replicate by a method: its file, and the processor time that it took, in s.
+    fn make(&self, replicate: u32, method: &Method) -> Result<(PathBuf, f64), Error> {
+        let [file, cost] = self.plan.made(self.scenario, replicate, method);
+        let folder = replicate_folder(&self.folder(), replicate);
         if file.exists() && cost.exists() {
             return Ok((file, files::read_as(&cost, |text| text.trim().parse::<f64>())?));
         }
-        let seed = self.seed(laboratory.into());
-        let (Method::Evolve { model: kind, .. }
-        | Method::Tune { model: kind, .. }
-        | Method::Plan { model: kind, .. }) = &recipe.method;
+        let seed = self.seed(replicate.into());
+        let (MethodKind::Evolve { model: kind, .. }
+        | MethodKind::Tune { model: kind, .. }
+        | MethodKind::Plan { model: kind, .. }) = &method.kind;
         let kind = *kind;
         let model = self.model(&folder, kind, seed)?;
-        let seconds = match &recipe.method {
-            Method::Tune { search, .. } => self.tune(&file, Some(&model), search, seed)?,
-            Method::Plan { planner, .. } => {
-                // Both lie in the folder of the laboratory.
+        let seconds = match &method.kind {
+            MethodKind::Tune { search, .. } => self.tune(&file, Some(&model), search, seed)?,
+            MethodKind::Plan { planner, .. } => {
+                // Both lie in the folder of the replicate.
                 let model = PathBuf::from(model.file_name().unwrap_or_default());
                 let text =
                     files::toml_of(&file, &PlannerFile { model, rule: None, planner: (**planner).clone() })?;
                 files::write(&file, text.as_bytes())?;
                 0.0
             }
-            Method::Evolve { from, evolution, .. } => {
-                let out = folder.join(format!("{}-evolution", recipe.name));
+            MethodKind::Evolve { from, evolution, .. } => {
+                let out = folder.join(format!("{}-evolution", method.name));
                 let mut plan = EvolvePlan {
                     model,
                     out: out.clone(),
@@ -575,7 +580,7 @@ impl Stages<'_> {
         Ok((file, seconds))
     }
 
-    /// The model of a laboratory, which grows its plants first.
+    /// The model of a replicate, which grows its plants first.
     fn model(&self, folder: &Path, kind: ModelKind, seed: u64) -> Result<PathBuf, Error> {
         let out = folder.join(format!("{}-model.json", kind.name()));
         if out.exists() {
@@ -584,7 +589,7 @@ impl Stages<'_> {
         let config = &self.plan.config;
         let grow = GrowPlan {
             plants: config.plants,
-            task: Task::open_loop(self.world.steps.unwrap_or(config.steps)),
+            task: Task::open_loop(self.scenario.steps.unwrap_or(config.steps)),
             seed,
             // Those of an interrupted stage grow again.
             replace: true,
@@ -636,12 +641,12 @@ impl Stages<'_> {
         let config = &self.plan.config;
         let plan = TransferPlan {
             controllers,
-            plants: config.judging_plants_of(self.world),
+            plants: config.test_plants_of(self.scenario),
             task: self.task.clone(),
             greenhouse: self.greenhouse.clone(),
-            photographs: config.photographs_of(self.world),
-            bound: config.bound.map(|_| BOUND.to_owned()),
-            seed: self.seed(u64::from(config.laboratories) + 1),
+            photographs: config.photographs_of(self.scenario),
+            reference: config.reference.map(|_| REFERENCE.to_owned()),
+            seed: self.seed(u64::from(config.replicates) + 1),
             resume: true,
             out: self.folder().join("judged"),
             ..TransferPlan::default()
@@ -650,13 +655,13 @@ impl Stages<'_> {
     }
 }
 
-fn laboratory_folder(world: &Path, laboratory: u32) -> PathBuf {
-    world.join(format!("laboratory-{}", laboratory + 1))
+fn replicate_folder(scenario: &Path, replicate: u32) -> PathBuf {
+    scenario.join(format!("replicate-{}", replicate + 1))
 }
 
-/// The name of a laboratory's controller among those that are judged.
-fn controller_name(recipe: &Recipe, laboratory: u32) -> String {
-    format!("{}-{}", recipe.name, laboratory + 1)
+/// The name of a replicate's controller among those that are judged.
+fn controller_name(method: &Method, replicate: u32) -> String {
+    format!("{}-{}", method.name, replicate + 1)
 }
 
 fn named(name: &str, file: &Path) -> Result<NamedController, Error> {

@@ -3,7 +3,7 @@
 //! In: a plant before its first step, with all its noise, and a task. Out: the best schedule that a search finds, in blocks
 //! of half an hour. The idea: a beam search over the blocks finds a start, and a local search over single blocks and pairs of
 //! neighbours improves it and a greedy start. A search proves no optimum, and shorter blocks could do better: the result is a
-//! lower bound of what is possible on the plant.
+//! lower reference of what is possible on the plant.
 //!
 //! # References
 //! Beam search: Lowerre 1976, *The HARPY Speech Recognition System*. Local search: Aarts and Lenstra 1997, chapter 1.

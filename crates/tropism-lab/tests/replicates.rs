@@ -1,0 +1,221 @@
+//! Methods over replicates: the whole chain at small scale, and after an interruption.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use tropism::control::PlannerConfig;
+use tropism::evolve::{self, EvolutionConfig, RuleSearch};
+use tropism::task::Task;
+use tropism_lab::fit::ModelKind;
+use tropism_lab::replicates::{
+    Method, MethodKind, ReplicatesConfig, ReplicatesPlan, ReplicatesStatus, Scenario,
+};
+use tropism_lab::report::ReportPlan;
+use tropism_lab::status::{StatusPlan, StatusResults};
+use tropism_lab::{Error, Monitor, Silent, Workflow};
+use tropism_neat::Config;
+
+/// Asks for an end after some questions.
+struct PatientFor(AtomicU32);
+
+impl Monitor for PatientFor {
+    fn may_go_on(&self) -> bool {
+        self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)).is_ok()
+    }
+}
+
+fn status(plan: &ReplicatesPlan) -> ReplicatesStatus {
+    match (StatusPlan { folder: plan.out.clone() }).execute(&Silent).unwrap() {
+        StatusResults::Replicates(status) => status,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn plan(out: std::path::PathBuf) -> ReplicatesPlan {
+    let search = RuleSearch { generations: 2, population: 4, episodes: 2, starts: 1 };
+    let evolution = Box::new(EvolutionConfig { runs: 1, generations: 2, ..EvolutionConfig::default() });
+    let neat = Config { population: 4, ..Config::wahby2016() };
+    let weights = Box::new(EvolutionConfig { method: evolve::Method::CmaEs, neat, ..(*evolution).clone() });
+    let planner = PlannerConfig { plants: 2, replan_min: 120.0, ..PlannerConfig::default() };
+    let method = |name: &str, kind| Method { name: name.to_owned(), kind };
+    let scenario = |name: &str, scale| Scenario { scale, ..Scenario::named(name) };
+    let config = ReplicatesConfig {
+        replicates: 2,
+        plants: 2,
+        steps: 150,
+        test_plants: 3,
+        task: Task { max_steps: 20, ..Task::default() },
+        reference: Some(search),
+        methods: vec![
+            method(
+                "paper",
+                MethodKind::Evolve { model: ModelKind::TIP, from: None, evolution: evolution.clone() },
+            ),
+            method(
+                "weights",
+                MethodKind::Evolve {
+                    model: ModelKind::TIP,
+                    from: Some("paper".to_owned()),
+                    evolution: weights,
+                },
+            ),
+            method("rule", MethodKind::Tune { model: ModelKind::STEM, search }),
+            method("planner", MethodKind::Plan { model: ModelKind::STEM, planner: Box::new(planner) }),
+        ],
+        scenarios: vec![
+            Scenario { steps: Some(160), ..scenario("alike", 0.5) },
+            scenario("varied", 1.5),
+            Scenario {
+                controllers_of: Some("alike".to_owned()),
+                test_plants: Some(1),
+                ..scenario("borrowed", 1.0)
+            },
+        ],
+        ..ReplicatesConfig::default()
+    };
+    ReplicatesPlan { out, resume: false, config }
+}
+
+#[test]
+fn replicates_make_controllers_that_steer_the_same_plants() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = plan(folder.path().join("whole"));
+    let results = whole.execute(&Silent).unwrap();
+    assert_eq!(results.scenarios.len(), 3);
+    let made = |scenario: &str| whole.out.join(scenario).join("replicate-1/rule.json").exists();
+    assert_eq!(["alike", "varied", "borrowed"].map(made), [true, true, false]);
+    for scenario in &results.scenarios {
+        let [paper, weights, rule, planner] = &scenario.methods[..] else { panic!("four methods") };
+        for method in [paper, weights, rule, planner] {
+            assert_eq!(method.replicates.len(), 2);
+        }
+        assert!(planner.worst_prediction.is_none(), "a planner expects nothing: {planner:?}");
+        let [low, high] = rule.fitness.interval;
+        assert!(low <= rule.fitness.mean && rule.fitness.mean <= high, "{rule:?}");
+        let difference = rule.fitness.mean - scenario.greedy.fitness.mean;
+        assert!((rule.over_greedy.mean - difference).abs() < 1e-9, "{rule:?}");
+        let over_paper = rule.over_first.expect("paper comes before it");
+        assert!((over_paper.mean - rule.fitness.mean + paper.fitness.mean).abs() < 1e-9, "{rule:?}");
+        assert!(
+            paper.over_first.is_none() && rule.over_reference.is_some() && rule.worst_prediction.is_some()
+        );
+    }
+
+    // A report compares the methods of each scenario by their replicates.
+    let out = folder.path().join("report.html");
+    let report = ReportPlan { sources: vec![whole.out.clone()], out, figures: None };
+    let compared = report.execute(&Silent).unwrap().comparisons;
+    let titles: Vec<&str> = compared.iter().map(|comparison| comparison.title.as_str()).collect();
+    assert_eq!(titles, ["Methods compared: alike", "Methods compared: varied", "Methods compared: borrowed"]);
+    assert!(
+        compared.iter().all(|comparison| comparison.pairs.len() == 6 && comparison.pairs[0].sizes == [2, 2])
+    );
+
+    // Interrupted again and again, the same results come out.
+    let mut again = plan(folder.path().join("again"));
+    let mut interruptions = 0;
+    let resumed = loop {
+        match again.execute(&PatientFor(AtomicU32::new(1500))) {
+            Ok(results) => break results,
+            Err(Error::Interrupted { .. }) => interruptions += 1,
+            Err(other) => panic!("{other}"),
+        }
+        again.resume = true;
+        assert!(interruptions < 100);
+        let status = status(&again);
+        assert!(!status.is_over && status.scenarios[0].controllers == 8, "{status:?}");
+    };
+    assert!(interruptions > 0);
+    let ReplicatesStatus { is_over, scenarios, .. } = status(&again);
+    let judged: Vec<_> = scenarios.iter().map(|scenario| scenario.judged.as_ref().unwrap().done()).collect();
+    // A lamp that stays lit, greedy, the reference controller and eight controllers on three plants.
+    assert_eq!(
+        (is_over, scenarios[1].has_reference, scenarios[1].controllers_done, judged),
+        (true, Some(true), 8, vec![33, 33, 11])
+    );
+    let borrowed = &scenarios[2];
+    assert_eq!((borrowed.controllers_of.as_deref(), borrowed.has_reference), (Some("alike"), None));
+    assert_eq!((borrowed.controllers_done, borrowed.controllers), (0, 0), "none is made for this scenario");
+    for (one, other) in results.scenarios.iter().zip(&resumed.scenarios) {
+        for (one, other) in one.methods.iter().zip(&other.methods) {
+            assert_eq!(one.fitness, other.fitness);
+            assert_eq!(one.replicates, other.replicates);
+        }
+    }
+}
+
+#[test]
+fn without_methods_the_rules_by_hand_are_judged_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let few = Scenario { test_plants: Some(2), ..Scenario::named("few") };
+    let config = ReplicatesConfig {
+        test_plants: 3,
+        task: Task { max_steps: 40, ..Task::spiral() },
+        methods: Vec::new(),
+        scenarios: vec![Scenario::named("many"), few],
+        ..ReplicatesConfig::default()
+    };
+    let plan = ReplicatesPlan { out: folder.path().join("spiral"), resume: false, config };
+    let results = plan.execute(&Silent).unwrap();
+    assert_eq!(results.replicates, 0);
+    let printed: Vec<_> =
+        results.scenarios.iter().map(|scenario| (scenario.test_plants, scenario.photographs)).collect();
+    assert_eq!(printed, [(3, false), (2, false)]);
+    assert!(
+        results
+            .scenarios
+            .iter()
+            .all(|scenario| scenario.methods.is_empty() && scenario.greedy.done.is_some())
+    );
+    let ReplicatesStatus { is_over, scenarios, .. } = status(&plan);
+    assert!(is_over && scenarios.iter().all(|scenario| scenario.controllers == 0), "{scenarios:?}");
+    let page = std::fs::read_to_string(plan.out.join("many/judged/report.html")).unwrap();
+    assert!(page.contains("in turns") && !page.contains("Arrival at the targets"));
+
+    let out = folder.path().join("report.html");
+    let report = ReportPlan { sources: vec![plan.out], out, figures: None };
+    let compared = report.execute(&Silent).unwrap().comparisons;
+    let titles: Vec<&str> = compared.iter().map(|comparison| comparison.title.as_str()).collect();
+    assert_eq!(titles, ["Rules by hand compared: many", "Rules by hand compared: few"]);
+
+    std::fs::remove_file(report.sources[0].join("replicates.json")).unwrap();
+    let error = report.execute(&Silent).unwrap_err().to_string();
+    assert!(error.contains("go on with it by `tropism study --out "), "{error}");
+}
+
+#[test]
+fn names_and_settings_that_cannot_be_are_named() {
+    let error = |config: ReplicatesConfig| config.check().unwrap_err().to_string();
+    let base = || plan("nowhere".into()).config;
+    let mut twice = base();
+    twice.methods[1].name = "paper".to_owned();
+    assert!(error(twice).contains("\"paper\" twice"));
+    let mut path = base();
+    path.scenarios[0].name = "../up".to_owned();
+    assert!(error(path).contains("`scenarios`: found the name \"../up\""));
+    let mut later = base();
+    later.methods.swap(0, 1);
+    assert!(error(later).contains("weights: found from = \"paper\", wanted the name of a method"));
+    let mut wild = base();
+    wild.scenarios[1].scale = 7.0;
+    assert!(error(wild).contains("scenario varied: found scale = 7"));
+    assert!(error(ReplicatesConfig { scenarios: Vec::new(), ..base() }).contains("`scenarios`: found none"));
+    let mut nobody = base();
+    nobody.scenarios[0].test_plants = Some(0);
+    assert!(error(nobody).contains("scenario alike: found test_plants = 0"));
+    let mut still = base();
+    still.scenarios[1].steps = Some(0);
+    assert!(error(still).contains("scenario varied: found steps = 0"));
+    assert!(error(ReplicatesConfig { replicates: 0, ..base() }).contains("replicates"));
+    let mut borrowed = base();
+    borrowed.scenarios[0].controllers_of = Some("varied".to_owned());
+    assert!(
+        error(borrowed).contains(
+            "scenario alike: found controllers_of = \"varied\", wanted the name of a scenario before"
+        )
+    );
+    let mut growing = base();
+    growing.scenarios[2].steps = Some(160);
+    assert!(error(growing).contains(
+        "scenario borrowed: found steps = 160 beside controllers_of = \"alike\", wanted one of the two"
+    ));
+}

@@ -1,0 +1,33 @@
+//! What pages ask and show, without a disk: the studio answers from it over HTTP, and `tropism-wasm` within a browser.
+//!
+//! In: drawings, controllers and histories. Out: tasks, and JSON for the scripts of the pages. All functions are pure.
+
+mod drawing;
+mod trial;
+mod commands;
+mod evolution;
+mod champion;
+
+pub use champion::{champion, figure};
+pub use commands::{MODELS, Method, TRACKS, commands, model_of, rule_file};
+pub use drawing::{Drawing, Form};
+pub use evolution::{ShownGeneration, curves};
+pub use trial::{MOST_STEPS, schedule_of, thinned, try_out};
+
+/// What a page asked for cannot be done: a sentence for people.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct PageError(String);
+
+impl PageError {
+    /// With its sentence.
+    pub fn new(text: impl Into<String>) -> Self {
+        Self(text.into())
+    }
+}
+
+/// A number as a page is told it.
+fn rounded(value: f64, decimals: i32) -> f64 {
+    let scale = 10.0_f64.powi(decimals);
+    (scale * value).round() / scale
+}

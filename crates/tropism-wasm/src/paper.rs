@@ -1,0 +1,49 @@
+//! The paper's figures of what the page has grown, fitted and evolved.
+
+use serde_json::Value;
+use tropism::simulation::AnyModel;
+use tropism::task::Task;
+use tropism::track::Track;
+use tropism_page::figure;
+use tropism_report::{self as report, Figure, Goals, Plants};
+
+use crate::SessionError;
+use crate::evolution::simulate;
+
+fn told(figures: Vec<Figure>) -> Value {
+    figures.into_iter().filter_map(figure).collect::<Vec<_>>().into()
+}
+
+/// Figures 4a, 4b and 5a to 5d of the beans' tracks.
+pub(crate) fn tracks(tracks: &[Track]) -> Value {
+    let mut figures =
+        vec![report::trajectories(tracks, Plants::Virtual), report::directions(tracks, Plants::Virtual)];
+    figures.extend(report::shift_maps(tracks, Plants::Virtual));
+    told(figures)
+}
+
+/// Figures 6a and 6b: the best fitness of each generation over all runs, and best and mean fitness of the run that ends with the median.
+pub(crate) fn fitness(best: &[Vec<f64>], mean: &[Vec<f64>]) -> Value {
+    let mut by_end: Vec<usize> = (0..best.len()).collect();
+    let end = |run: &usize| best[*run].last().copied().unwrap_or(f64::NEG_INFINITY);
+    by_end.sort_by(|one, other| end(one).total_cmp(&end(other)));
+    let median = by_end.get(by_end.len() / 2).copied().unwrap_or(0);
+    let of = |runs: &[Vec<f64>]| runs.get(median).cloned().unwrap_or_default();
+    told(vec![
+        report::fitness_boxes(best, "cm", Plants::ModelOfVirtual),
+        report::fitness_run(median, &of(best), &of(mean), "cm", Plants::ModelOfVirtual),
+    ])
+}
+
+/// Figure 7: a simulated plant that a champion steers.
+pub(crate) fn steered(
+    champion: &tropism::Champion,
+    model: &AnyModel,
+    task: &Task,
+    seed: u64,
+) -> Result<Value, SessionError> {
+    let track = simulate(champion, model, task, seed, 0)?;
+    let fitness = (task.fitness(&track), task.best_fitness());
+    let title = "Simulated plant";
+    Ok(told(vec![report::steering("7a", title, &track, &Goals::of(task), fitness, Plants::ModelOfVirtual)]))
+}

@@ -1,0 +1,222 @@
+use super::*;
+
+/// A calendar date and time of day, as a name may hold it.
+#[derive(Clone, Copy)]
+struct Stamp {
+    year: u32,
+    month: u32,
+    day: u32,
+    hour: u32,
+    minute: u32,
+    second: u32,
+}
+
+/// `count` stamps every `period_min` from 9 o'clock on the 12th of October 2024, and their times in seconds.
+fn stamps(count: usize, period_min: u32) -> (Vec<Stamp>, Vec<f64>) {
+    let start = unix_seconds(2024, [10, 12, 9, 0, 0]).unwrap();
+    let times: Vec<f64> = (0..count).map(|index| start + f64::from(period_min * 60) * index as f64).collect();
+    (times.iter().map(|time| stamp(*time)).collect(), times)
+}
+
+/// October and November only.
+fn stamp(time: f64) -> Stamp {
+    let start = unix_seconds(2024, [10, 1, 0, 0, 0]).unwrap();
+    let seconds = (time - start) as u32;
+    let (days, rest) = (seconds / 86_400, seconds % 86_400);
+    let (month, day) = if days < 31 { (10, days + 1) } else { (11, days - 30) };
+    Stamp { year: 2024, month, day, hour: rest / 3_600, minute: rest / 60 % 60, second: rest % 60 }
+}
+
+/// The times of names in natural order, as the program lists them.
+fn read(mut names: Vec<(String, f64)>) -> (NameTimes, Vec<f64>) {
+    names.sort_by_cached_key(|(name, _)| super::super::natural_order(name));
+    let (names, truth): (Vec<String>, Vec<f64>) = names.into_iter().unzip();
+    (times_in_names(&names), truth)
+}
+
+/// Checks that times are the truth but for an offset, to the minute where names say no more.
+fn assert_right(label: &str, form: impl Fn(usize, Stamp) -> String, count: usize, period_min: u32) {
+    let (stamps, times) = stamps(count, period_min);
+    let names = stamps.iter().enumerate().map(|(index, stamp)| form(index, *stamp)).zip(times);
+    let (found, truth) = read(names.collect());
+    assert_eq!(found.times.len(), count, "{label}: {found:?}");
+    let offset = found.times[0].unwrap() - truth[0];
+    for (time, truth) in found.times.iter().zip(&truth) {
+        assert!((time.unwrap() - truth - offset).abs() < 1.0, "{label}: {time:?}, wanted {truth}");
+    }
+    assert!(found.warnings.is_empty(), "{label}: {:?}", found.warnings);
+}
+
+type Form = fn(usize, Stamp) -> String;
+
+#[test]
+fn names_of_cameras_and_programs_are_read() {
+    let forms: [(&str, Form); 22] = [
+        ("pixel", |_, Stamp { year, month, day, hour, minute, second }| {
+            format!("PXL_{year}{month:02}{day:02}_{hour:02}{minute:02}{second:02}123.jpg")
+        }),
+        ("rpicam --datetime", |_, Stamp { month, day, hour, minute, second, .. }| {
+            format!("{month:02}{day:02}{hour:02}{minute:02}{second:02}.jpg")
+        }),
+        ("motionEye", |_, Stamp { year, month, day, hour, minute, second }| {
+            format!("{year}-{month:02}-{day:02}/{hour:02}-{minute:02}-{second:02}.jpg")
+        }),
+        ("serial", |_, Stamp { year, month, day, hour, minute, second }| {
+            format!("cam1420987654_{year}{month:02}{day:02}_{hour:02}{minute:02}{second:02}.jpg")
+        }),
+        ("short", |_, Stamp { month, day, hour, minute, second, .. }| {
+            format!("24{month:02}{day:02}_{hour:02}{minute:02}{second:02}.jpg")
+        }),
+        ("short, together", |_, Stamp { month, day, hour, minute, second, .. }| {
+            format!("24{month:02}{day:02}{hour:02}{minute:02}{second:02}.jpg")
+        }),
+        ("short, minutes", |_, Stamp { month, day, hour, minute, .. }| {
+            format!("24{month:02}{day:02}{hour:02}{minute:02}.jpg")
+        }),
+        ("offset", |_, Stamp { year, month, day, hour, minute, second }| {
+            format!("{year}-{month:02}-{day:02}T{hour:02}-{minute:02}-{second:02}+0200.jpg")
+        }),
+        ("Dahua", |_, Stamp { year, month, day, hour, minute, second }| {
+            format!("{year}-{month:02}-{day:02}/001/jpg/{hour:02}/{minute:02}/{second:02}[M][0@0][0].jpg")
+        }),
+        ("Hikvision", |_, Stamp { year, month, day, hour, minute, second }| {
+            format!("192.168.1.64_01_{year}{month:02}{day:02}{hour:02}{minute:02}{second:02}789_TIMING.jpg")
+        }),
+        ("Reolink", |_, Stamp { year, month, day, hour, minute, second }| {
+            format!(
+                "{year}/{month:02}/{day:02}/Cam-00-{year}{month:02}{day:02}{hour:02}{minute:02}{second:02}.jpg"
+            )
+        }),
+        ("day first", |_, Stamp { year, month, day, hour, minute, second }| {
+            format!("{day:02}-{month:02}-{year}_{hour:02}-{minute:02}-{second:02}.png")
+        }),
+        ("month first", |_, Stamp { year, month, day, hour, minute, .. }| {
+            format!("{month:02}.{day:02}.{year} {hour:02}h{minute:02}.png")
+        }),
+        ("macOS", |_, Stamp { year, month, day, hour, minute, second }| {
+            let (half, twelve) = (if hour < 12 { "AM" } else { "PM" }, (hour + 11) % 12 + 1);
+            format!("Screenshot {year}-{month:02}-{day:02} at {twelve}.{minute:02}.{second:02} {half}.png")
+        }),
+        ("month in letters", |_, Stamp { year, month, day, hour, minute, .. }| {
+            format!("{day:02}-{}-{year} {hour:02}-{minute:02}.jpg", if month == 10 { "Oct" } else { "Nov" })
+        }),
+        ("time first", |_, Stamp { year, month, day, hour, minute, second }| {
+            format!("{hour:02}{minute:02}{second:02}_{year}{month:02}{day:02}.jpg")
+        }),
+        ("folder of a day", |_, Stamp { year, month, day, hour, minute, .. }| {
+            format!("{year}{month:02}{day:02}/{hour:02}{minute:02}.jpg")
+        }),
+        ("folders of day and hour", |_, Stamp { year, month, day, hour, minute, second }| {
+            format!("{year}/{month:02}/{day:02}/{hour:02}/{minute:02}.{second:02}.jpg")
+        }),
+        ("numbered days", |_, Stamp { day, hour, minute, second, .. }| {
+            format!("day{}/{hour:02}-{minute:02}-{second:02}.jpg", day - 11)
+        }),
+        ("number before", |index, Stamp { hour, minute, second, .. }| {
+            format!("{index:04}_{hour:02}-{minute:02}-{second:02}.jpg")
+        }),
+        ("number before, twelve hours", |index, Stamp { hour, minute, second, .. }| {
+            format!("{index:04}_{:02}-{minute:02}-{second:02}.jpg", (hour + 11) % 12 + 1)
+        }),
+        ("day and month", |_, Stamp { month, day, hour, minute, second, .. }| {
+            format!("{month:02}_{day:02}__{hour:02}_{minute:02}_{second:02}.jpg")
+        }),
+    ];
+    for (label, form) in forms {
+        assert_right(label, form, 60, 5);
+        assert_right(label, form, 400, 5);
+        assert_right(label, form, 150, 13);
+    }
+}
+
+#[test]
+fn unix_times_are_read() {
+    for digits in [1.0, 1e3, 1e6] {
+        let (_, times) = stamps(60, 5);
+        let names = times.iter().map(|time| (format!("cam {}.jpg", (time * digits) as u64), *time));
+        let (found, truth) = read(names.collect());
+        assert_eq!(found.times, truth.into_iter().map(Some).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn a_night_is_whole_where_names_have_no_date() {
+    let (stamps, times) = stamps(240, 5);
+    let night = stamps.iter().zip(times).skip(120);
+    let names = night.map(|(stamp, time)| (format!("{:02}{:02}00.jpg", stamp.hour, stamp.minute), time));
+    let (found, truth) = read(names.collect());
+    let offset = found.times[0].unwrap() - truth[0];
+    assert!(found.times.iter().zip(&truth).all(|(time, truth)| time.unwrap() - truth == offset), "{found:?}");
+}
+
+#[test]
+fn counters_are_no_clock() {
+    let none: [fn(usize) -> String; 6] = [
+        |index| format!("{index:04}.jpg"),
+        |index| format!("frame{}.jpg", 123_000_000 + index),
+        |index| format!("DSC{:05}.jpg", 1_200 + index),
+        |index| format!("IMG_{:04}.jpg", 900 + 5 * index),
+        |index| format!("d1_f{index}.jpg"),
+        |index| format!("{:06}.jpg", 101_010 + index),
+    ];
+    for (place, form) in none.into_iter().enumerate() {
+        let found = times_in_names(&(0..90).map(form).collect::<Vec<_>>());
+        assert_eq!(found.times, [], "{place}: {found:?}");
+    }
+    let found = times_in_names(&["IMG-20240301-WA0003.jpg", "IMG-20240301-WA0004.jpg"].map(str::to_owned));
+    assert_eq!(found.times, []);
+}
+
+#[test]
+fn the_end_of_summer_time_is_undone_by_numbers() {
+    let (stamps, times) = stamps(60, 5);
+    let names = stamps.iter().zip(times).enumerate().map(|(index, (stamp, time))| {
+        let hour = if index < 24 { stamp.hour } else { stamp.hour - 1 };
+        (format!("IMG_20241027_{hour:02}{:02}00_{index:04}.jpg", stamp.minute), time)
+    });
+    let (found, truth) = read(names.collect());
+    let offset = found.times[0].unwrap() - truth[0];
+    assert!(found.times.iter().zip(&truth).all(|(time, truth)| time.unwrap() - truth == offset), "{found:?}");
+    assert!(found.notes[0].contains("summer time") && found.warnings.is_empty(), "{found:?}");
+}
+
+#[test]
+fn a_clock_that_was_set_is_said() {
+    let (stamps, times) = stamps(60, 5);
+    let names = stamps.iter().zip(times).enumerate().map(|(index, (stamp, time))| {
+        let year = if index < 3 { 2023 } else { 2024 };
+        (format!("{year}10{:02}_{:02}{:02}00.jpg", stamp.day, stamp.hour, stamp.minute), time)
+    });
+    let (found, _) = read(names.collect());
+    assert!(found.warnings[0].contains("a gap of 366 days"), "{found:?}");
+    // By numbers, which go on while the clock goes back.
+    let names: Vec<String> = (0..60)
+        .map(|index| {
+            format!(
+                "{index:04}_20241012_{:02}{:02}00.jpg",
+                if index < 30 { 12 } else { 8 } + index / 12 % 5,
+                index % 12 * 5
+            )
+        })
+        .collect();
+    let found = times_in_names(&names);
+    assert!(found.warnings.iter().any(|warning| warning.contains("different orders")), "{found:?}");
+}
+
+#[test]
+fn ambiguous_days_and_months_are_said() {
+    let names: Vec<String> = (1..=10).map(|day| format!("{day:02}-{day:02}-2024_12-00-00.jpg")).collect();
+    let found = times_in_names(&names);
+    assert!(found.warnings.is_empty() && found.times.len() == 10, "{found:?}");
+    let names: Vec<String> = (1..=6).map(|day| format!("{day:02}-10-2024_12-00-00.jpg")).collect();
+    let found = times_in_names(&names);
+    assert!(found.warnings[0].contains("ambiguous"), "{found:?}");
+    assert_eq!(found.times[1].unwrap() - found.times[0].unwrap(), DAY_S);
+}
+
+#[test]
+fn irregular_photographs_with_full_dates_are_read() {
+    let names = ["b_20240501_120000.jpg", "b_20240501_121000.jpg", "b_20240501_120500.jpg", "broken.jpg"];
+    let found = times_in_names(&names.map(str::to_owned));
+    assert!(found.is_plain && found.times[3].is_none() && found.times[0].is_some(), "{found:?}");
+}

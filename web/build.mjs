@@ -1,0 +1,115 @@
+// Builds the page in a browser: node web/build.mjs MODULE OUT. Called by scripts/web.
+//
+// MODULE is tropism-wasm as WebAssembly. Into OUT: tropism.html, one file that works from a disk, and site/, the same as a static
+// folder with a service worker. Scripts are plain modules; TypeScript turns each into a function that keeps live bindings, and a few
+// lines load them. Where a module of the studio asks for the studio, it gets web/studio.js.
+import { createHash } from "node:crypto";
+import fs from "node:fs";
+import { createRequire } from "node:module";
+import path from "node:path";
+import { fileURLToPath } from "node:url";
+import { gzipSync } from "node:zlib";
+
+const ROOT = fileURLToPath(new URL("..", import.meta.url));
+const ASSETS = path.join(ROOT, "crates/tropism-studio/assets");
+const WEB = path.join(ROOT, "web");
+const [, , module, out] = process.argv;
+const ts = createRequire(path.join(ROOT, "tests/studio/package.json"))("typescript");
+const read = (...parts) => fs.readFileSync(path.join(...parts), "utf8");
+const sha256 = (text) => createHash("sha256").update(text).digest("base64");
+
+/** The scripts that `entry` needs, as one. */
+function bundle(entry) {
+  const places = new Map();
+  const all = [];
+  const add = (file) => {
+    if (places.has(file)) return places.get(file);
+    const place = all.length;
+    places.set(file, place);
+    all.push("");
+    const links = {};
+    for (const [, name] of read(file).matchAll(/^(?:import|export)\b[^;]*?["'](\.[^"']+)["'];/gms)) {
+      const found = path.resolve(path.dirname(file), name);
+      links[name] = add(found === path.join(ASSETS, "studio.js") ? path.join(WEB, "studio.js") : found);
+    }
+    const options = { module: ts.ModuleKind.CommonJS, target: ts.ScriptTarget.ES2022, removeComments: true };
+    const { outputText } = ts.transpileModule(read(file), { compilerOptions: options });
+    all[place] = `[function(exports,require){${outputText}},${JSON.stringify(links)}]`;
+    return place;
+  };
+  add(entry);
+  return `(()=>{const all=[${all.join(",\n")}],made=[];
+const load=(place)=>{if(!made[place]){made[place]={};const[make,links]=all[place];make(made[place],(name)=>load(links[name]))}return made[place]};
+load(0)})()`;
+}
+
+/** What a module answers to one question. */
+async function ask(wasm, question) {
+  const { exports } = await WebAssembly.instantiate(await WebAssembly.compile(wasm), {});
+  const text = new TextEncoder().encode(JSON.stringify(question));
+  const at = exports.reserve(4 + text.length) >>> 0;
+  new DataView(exports.memory.buffer).setUint32(at, text.length, true);
+  new Uint8Array(exports.memory.buffer).set(text, at + 4);
+  const length = exports.ask() >>> 0;
+  const told = Buffer.from(exports.memory.buffer, exports.answer() >>> 0, length);
+  return told.subarray(4, 4 + told.readUInt32LE()).toString();
+}
+
+/** The style sheet of the paper's figures, on light and dark ground as the page has it. */
+function figures(sheet) {
+  const dark = [...sheet.matchAll(/@media[^{]*\{((?:[^{}]*\{[^{}]*\})*)\}/g)].map(([, rules]) => rules).join("");
+  const light = sheet.replace(/@media[^{]*\{(?:[^{}]*\{[^{}]*\})*\}/g, "");
+  return `.paper-figure{${light}}
+@media (prefers-color-scheme:dark){:root:not([data-theme=light]) .paper-figure{${dark}}}
+:root[data-theme=dark] .paper-figure{${dark}}`;
+}
+
+const wasm = fs.readFileSync(module);
+const script = bundle(path.join(WEB, "app.js"));
+const style = `${read(ASSETS, "style.css")}\n${read(WEB, "web.css")}\n${figures(JSON.parse(await ask(wasm, { ask: "style" })))}`;
+const draw = read(ASSETS, "draw.html").match(/<main id="main">(.*)<\/main>/s)[1];
+const data = {
+  module: gzipSync(wasm, { level: 9 }).toString("base64"),
+  worker: read(WEB, "worker.js"),
+  reach: await ask(wasm, { ask: "reach" }),
+  champion: read(WEB, "champion.json"),
+  rule: read(ROOT, "benchmarks/submissions/tuned-rule/rule.json"),
+};
+for (const [name, text] of Object.entries({ script, ...data }))
+  if (/<\/script|<!--/i.test(text)) throw new Error(`${name} would end the element that holds it`);
+const blocks = Object.entries(data).map(([name, text]) => `<script type="text/plain" id="data-${name}">${text}</script>`);
+const version = read(ROOT, "Cargo.toml").match(/^version = "(.*)"/m)[1];
+
+/** The page; `own` is what it may load besides itself. */
+function page(links, own) {
+  const policy = [
+    "default-src 'none'",
+    `script-src 'sha256-${sha256(script)}' 'wasm-unsafe-eval'`,
+    `style-src 'sha256-${sha256(style)}'`,
+    `worker-src blob:${own}`,
+    "img-src blob: data:" + own,
+    ...(own ? [`manifest-src${own}`] : []),
+    "base-uri 'none'",
+    "form-action 'none'",
+  ].join("; ");
+  const fill = { policy, links, style, draw, data: blocks.join("\n    "), script, version };
+  return read(WEB, "index.html").replace(/\{\{(\w+)\}\}/g, (_, name) => fill[name]);
+}
+
+const icon = read(ASSETS, "icon.svg").trim();
+const inline = `<link rel="icon" href="data:image/svg+xml,${encodeURIComponent(icon)}" />`;
+const linked = '<link rel="icon" href="icon.svg" type="image/svg+xml" />\n    <link rel="manifest" href="manifest.webmanifest" />';
+const site = path.join(out, "site");
+fs.mkdirSync(site, { recursive: true });
+const alone = page(inline, "");
+fs.writeFileSync(path.join(out, "tropism.html"), alone);
+const served = page(linked, " 'self'").replace('<body data-page="web"', '<body data-page="web" data-worker="sw.js"');
+fs.writeFileSync(path.join(site, "index.html"), served);
+fs.writeFileSync(path.join(site, "sw.js"), read(WEB, "sw.js").replace("{{version}}", sha256(served).slice(0, 12)));
+fs.writeFileSync(path.join(site, "icon.svg"), icon);
+fs.writeFileSync(path.join(site, "manifest.webmanifest"), read(WEB, "manifest.webmanifest"));
+
+fs.copyFileSync(module, path.join(out, "tropism.wasm"));
+const packed = gzipSync(alone, { level: 9 }).length;
+console.log(`${path.join(out, "tropism.html")}: ${alone.length} bytes, ${packed} compressed; module ${wasm.length}, ${data.module.length} as text`);
+if (!process.env.LARGE && !module.includes("/debug/") && alone.length > 1_500_000) throw new Error("wanted 1.5 MB at most");

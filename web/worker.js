@@ -1,0 +1,41 @@
+// A worker: one module of tropism, which answers one question after the other.
+// @ts-check
+/** @type {any} */
+let tropism;
+
+/** The length of a JSON text in 32 bits, little end first, the text, and bytes. @param {object} question @param {Uint8Array} bytes */
+function packed(question, bytes) {
+  const text = new TextEncoder().encode(JSON.stringify(question));
+  const whole = new Uint8Array(4 + text.length + bytes.length);
+  new DataView(whole.buffer).setUint32(0, text.length, true);
+  whole.set(text, 4);
+  whole.set(bytes, 4 + text.length);
+  return whole;
+}
+
+/** @param {object} question @param {Uint8Array} bytes */
+function ask(question, bytes) {
+  const { memory, reserve, ask: answers, answer } = tropism.exports;
+  const written = packed(question, bytes);
+  const at = reserve(written.length) >>> 0;
+  new Uint8Array(memory.buffer).set(written, at);
+  const length = answers() >>> 0;
+  const told = new Uint8Array(memory.buffer, answer() >>> 0, length);
+  const size = new DataView(told.buffer, told.byteOffset).getUint32(0, true);
+  return { json: JSON.parse(new TextDecoder().decode(told.subarray(4, 4 + size))), bytes: told.slice(4 + size) };
+}
+
+addEventListener("message", async ({ data }) => {
+  if (data.module) {
+    tropism = await WebAssembly.instantiate(data.module, {});
+    return;
+  }
+  const { number, question, bytes } = data;
+  try {
+    const answer = ask(question, bytes ?? new Uint8Array());
+    postMessage({ number, ...answer }, { transfer: [answer.bytes.buffer] });
+  } catch (error) {
+    // A trap: this module is not to be trusted any more.
+    postMessage({ number, json: { error: `The program in the page broke off: ${error}. Load the page again.` }, bytes: null });
+  }
+});
