@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use tropism::control::{Planner, PlannerConfig};
+use tropism::control::{Planner, PlannerConfig, TargetOutlook, outlook};
 use tropism::evolve::TunedRule;
 use tropism::lamps::Layout;
 use tropism::plant::PlantModel;
 use tropism::task::Task;
+use tropism::track::Sample;
 
 use crate::Error;
 use crate::files::{self, FileError};
@@ -62,6 +63,11 @@ impl PlannerSpec {
 
     pub(crate) fn period_min(&self) -> f64 {
         self.model.period_min()
+    }
+
+    /// What is known of each target of `task` of the plant whose past is `samples`, at least one, on so many simulated `plants`.
+    pub(crate) fn outlook(&self, task: &Task, samples: &[Sample], plants: u32) -> Vec<TargetOutlook> {
+        outlook(&self.model, task, self.planner.rule, samples, plants, self.planner.seed)
     }
 
     /// The controller for `task`.

@@ -5,16 +5,19 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tropism::control::TargetOutlook;
 use tropism::lamps::Light;
 use tropism::observation::Quality;
 use tropism::rig::{Event, EventKind};
+use tropism::track::Sample;
 use tropism_rig::alert::Kind;
 
+use crate::controller::ControllerSpec;
 use crate::error::Error;
 use crate::evolve::{self, EvolutionStatus};
 use crate::files;
 use crate::folder::{has_journal, read_journal};
-use crate::journal::StepRecord;
+use crate::journal::{StepRecord, lights_that_acted};
 use crate::lock::holder;
 use crate::monitor::Monitor;
 use crate::replicates::{self, ReplicatesStatus};
@@ -103,6 +106,9 @@ pub struct RunStatus {
     pub photograph_age_s: Option<f64>,
     /// Seconds until the next step is due, below 0 if it is late; of real plants while the run goes on.
     pub next_step_in_s: Option<f64>,
+    /// What is known of each target of a run that a planner steers; else empty.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub outlook: Vec<TargetOutlook>,
     /// Photographs without a detected plant.
     pub carried_forward: usize,
     /// Those in a row up to the latest one.
@@ -194,7 +200,7 @@ impl Workflow for StatusPlan {
         let (steps, events) = read_journal(&self.folder)?;
         let process = holder(&self.folder)?;
         let run = of_run(&self.folder, &config, &steps, &events, process);
-        Ok(StatusResults::Run(Box::new(run)))
+        Ok(StatusResults::Run(Box::new(RunStatus { outlook: outlook_of(&config, &steps), ..run })))
     }
 }
 
@@ -238,6 +244,7 @@ pub fn of_run(
         photograph,
         photograph_age_s: age,
         next_step_in_s,
+        outlook: Vec::new(),
         carried_forward: steps.iter().filter(is_carried_forward).count(),
         carried_forward_now: steps.iter().rev().take_while(is_carried_forward).count(),
         unconfirmed: steps.iter().filter(|step| step.decided.is_some() && !step.is_confirmed).count(),
@@ -247,6 +254,26 @@ pub fn of_run(
         event_counts: event_counts(events),
         latest_events: latest_events(events),
     }
+}
+
+/// Simulated plants of an outlook. Chosen: the standard error of a probability is 0.035 at most.
+const OUTLOOK_PLANTS: u32 = 200;
+
+/// The probability that the plant of a run passes each target, by the model of its planner; empty for other controllers. It follows
+/// from the journal alone.
+#[must_use]
+pub fn outlook_of(config: &RunConfig, steps: &[StepRecord]) -> Vec<TargetOutlook> {
+    let ControllerSpec::Plan(planner) = &config.controller else { return Vec::new() };
+    let lights = lights_that_acted(steps);
+    let samples: Vec<Sample> = (steps.iter().zip(lights))
+        .filter_map(|(step, light)| {
+            Some(Sample::of(step.observation()?.clone(), step.step, step.time_s, light))
+        })
+        .collect();
+    if samples.is_empty() || config.task.targets.is_empty() {
+        return Vec::new();
+    }
+    planner.outlook(&config.task, &samples, OUTLOOK_PLANTS)
 }
 
 fn state(folder: &Path, process: Option<u32>, is_overdue: bool, events: &[Event]) -> RunState {

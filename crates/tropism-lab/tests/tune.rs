@@ -46,7 +46,7 @@ fn an_interrupted_search_goes_on_to_the_same_rule() {
     let rule = fs::read(&out).unwrap();
     // The model is of one plant: its fitness there is known, and none is expected.
     assert!(whole.is_virtual && whole.expected.is_none() && whole.in_model.plants > 0, "{whole:?}");
-    assert!(whole.withheld.unwrap().contains("the model is of one plant"));
+    assert!(whole.outlook.is_empty() && whole.withheld.unwrap().contains("the model is of one plant"));
     let saved = folder.path().join("rule.search.jsonl");
     assert!(!saved.exists(), "the search is over");
 
@@ -108,10 +108,14 @@ fn a_model_in_space_says_beforehand_what_a_rule_reaches_there() {
     };
     let tuned = plan.execute(&Silent).unwrap();
     assert!(tuned.withheld.is_none() && tuned.expected == Some(tuned.in_model), "{tuned:?}");
+    // None gets up to a target in three steps, whatever the plant.
+    let outlook: Vec<_> = tuned.outlook.iter().map(|one| (one.probability, one.interval)).collect();
+    assert_eq!(outlook, [(0.0, Some([0.0; 2])); 3]);
     // Round a pole, too: the model knows contact.
     let task = Task { max_steps: 3, ..Task::spiral() };
     let wound = TunePlan { task, out: folder.path().join("spiral.json"), ..plan.clone() };
     let wound = wound.execute(&Silent).unwrap();
+    assert!(wound.outlook.is_empty());
     assert!(wound.withheld.is_none() && wound.expected == Some(wound.in_model), "{wound:?}");
     let plane = FitPlan { kind: ModelKind::STEM, out: folder.path().join("stem.json"), ..fit };
     let error = plane.execute(&Silent).unwrap_err().to_string();

@@ -133,6 +133,32 @@ fn parse_seeds(text: &str) -> Result<Range<u64>, String> {
     Ok(number(start).ok_or_else(wanted)?..number(end).ok_or_else(wanted)?)
 }
 
+/// How near each controller comes to the targets, and by how much nearer than the first one.
+fn arrival_text(results: &TransferResults, longest: usize) -> String {
+    let mut text = format!(
+        "{:<longest$}  sum of distances  over the first, 95 %       all 1 cm  0.5 cm  median at each\n",
+        "arrival"
+    );
+    for (one, arrival) in results.controllers.iter().filter_map(|one| Some((one, one.arrival.as_ref()?))) {
+        let over = arrival.over_first.as_ref().map_or_else(
+            || "-".to_owned(),
+            |over| format!("{:+.2} ({:+.2} to {:+.2})", over.mean, over.interval[0], over.interval[1]),
+        );
+        let medians: Vec<String> = (one.targets.iter())
+            .map(|target| target.median_cm.map_or_else(|| "-".to_owned(), |median| format!("{median:.2}")))
+            .collect();
+        let [one_cm, half_cm] =
+            [&arrival.within_1_cm, &arrival.within_half_cm].map(|share| 100.0 * share.share);
+        text += &format!(
+            "{:<longest$}  {:>13.2} cm  {over:<24}  {one_cm:>6.0} %  {half_cm:>4.0} %  {} cm\n",
+            one.name,
+            arrival.sum_cm,
+            medians.join(", "),
+        );
+    }
+    text
+}
+
 fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     let longest = results.controllers.iter().map(|one| one.name.len()).max().unwrap_or(0).max(10);
     let has_low_shares = plan.has_low_shares();
@@ -167,6 +193,9 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
             one.name,
             100.0 * done.share
         );
+    }
+    if results.controllers.iter().any(|one| one.arrival.is_some()) {
+        text += &arrival_text(results, longest);
     }
     for (one, seen) in results.controllers.iter().filter_map(|one| Some((one, one.by_photographs.as_ref()?)))
     {

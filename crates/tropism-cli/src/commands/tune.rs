@@ -11,6 +11,7 @@ use tropism_bean::tent::Greenhouse;
 use tropism_lab::files::shell_word;
 use tropism_lab::tune::{TunePlan, TuneResults};
 
+use super::status::outlook_text;
 use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
 use crate::progress::{check_outputs, execute_and_print, for_user};
 use crate::shell::Shell;
@@ -122,6 +123,9 @@ fn text(plan: &TunePlan, results: &TuneResults) -> String {
     let avoidance = results.rule.avoidance.iter().flat_map(Avoidance::named);
     for (name, value) in results.rule.named().into_iter().chain(avoidance) {
         let _ = writeln!(text, "{name:16}{value:8.2}");
+    }
+    for target in &results.outlook {
+        let _ = writeln!(text, "target          {}", outlook_text(target));
     }
     let withheld = results
         .withheld

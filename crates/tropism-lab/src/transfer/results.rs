@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use tropism::geometry::Point;
 use tropism::math::statistics::{mean, quantile_linear, standard_deviation, wilson_interval};
 use tropism::observation::Quality;
-use tropism::task::{Crossing, Task};
+use tropism::task::{ARRIVAL_CM, Crossing, MISS_CM, Task};
 use tropism::text::csv_cell;
 use tropism::track::Track;
 
@@ -107,12 +107,30 @@ pub struct ControllerResults {
     /// nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub done: Option<Share>,
+    /// How near the tip came to all targets together; `None` in a task without targets.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arrival: Option<ArrivalResults>,
     /// How near the tip came to each target.
     pub targets: Vec<TargetResults>,
     /// Likely causes of missed targets: their numbers.
     pub missed: BTreeMap<Cause, u32>,
     /// The same findings before targets that were reached: what is as frequent here is no cause.
     pub reached: BTreeMap<Cause, u32>,
+}
+
+/// How near the tip came to all targets together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ArrivalResults {
+    /// Sum of the distances at the crossings of all targets, each 10 cm at most, and 10 cm for one whose height was never reached:
+    /// mean over the plants, in cm.
+    pub sum_cm: f64,
+    /// Share of plants that pass all targets within 1 cm.
+    pub within_1_cm: Share,
+    /// Share of plants that pass all targets within 0.5 cm.
+    pub within_half_cm: Share,
+    /// The sum less that of the first controller, on the same plants; `None` for the first one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_first: Option<PairedDifference>,
 }
 
 /// Turns of stems as the photographs say.
@@ -332,6 +350,7 @@ impl Scores {
                 done.map(|done| Share::of(&done))
             },
             by_photographs: self.by_photographs(number),
+            arrival: self.arrival(number, bootstrap),
             targets: self.targets(plan, number),
             missed,
             reached,
@@ -348,6 +367,29 @@ impl Scores {
             mean: mean(fitness.iter().copied()),
             fitness,
             done: done.map(|done| Share::of(&done)),
+        })
+    }
+
+    fn arrival(&self, number: usize, bootstrap: &Bootstrap) -> Option<ArrivalResults> {
+        let distances = |number: usize, plant: usize| {
+            let targets = self.plants[number][plant].targets.iter();
+            targets.map(|(crossing, _)| crossing.map_or(f64::INFINITY, |at| at.distance_cm))
+        };
+        let plants = self.plants[number].len();
+        let sums = |number: usize| {
+            let sum = |plant| distances(number, plant).map(|cm| cm.min(ARRIVAL_CM)).sum();
+            (0..plants).map(sum).collect::<Vec<f64>>()
+        };
+        let within = |limit_cm| {
+            let all = |plant| distances(number, plant).all(|cm| cm <= limit_cm);
+            Share::of(&(0..plants).map(all).collect::<Vec<bool>>())
+        };
+        let has_targets = self.tasks.first().is_some_and(|task| !task.targets.is_empty());
+        has_targets.then(|| ArrivalResults {
+            sum_cm: mean(sums(number)),
+            within_1_cm: within(MISS_CM),
+            within_half_cm: within(0.5 * MISS_CM),
+            over_first: (number > 0).then(|| bootstrap.compare(&sums(number), &sums(0))),
         })
     }
 
@@ -495,6 +537,12 @@ mod tests {
             (1, 1, Some(0.4))
         );
         assert_eq!((greedy.missed[&Cause::WeakResponse], greedy.reached[&Cause::WeakResponse]), (2, 4));
+        let arrivals: Vec<_> = results.controllers.iter().map(|one| one.arrival.as_ref().unwrap()).collect();
+        // 0.2, 1.5 and a height that was never reached; 0.4 three times.
+        assert!((arrivals[0].sum_cm - (11.7 + 1.2) / 2.0).abs() < 1e-12);
+        assert_eq!((arrivals[0].within_1_cm.share, arrivals[1].within_half_cm.share), (0.5, 0.0));
+        let over = arrivals[1].over_first.as_ref().unwrap();
+        assert!(arrivals[0].over_first.is_none() && (over.mean - 5.25).abs() < 1e-12);
         assert_eq!((results.optimum_done, results.pairs.len()), (None, 1));
         assert_eq!((results.pairs[0].difference.mean, results.pairs[0].difference.share_above), (4.0, 1.0));
         let csv = String::from_utf8(scores.csv(&plan).unwrap()).unwrap();

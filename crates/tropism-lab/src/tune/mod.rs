@@ -10,19 +10,22 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::control::{PredictiveGreedy, PredictiveRule};
+use tropism::control::{PredictiveGreedy, PredictiveRule, TargetOutlook, outlook};
 use tropism::environment;
 use tropism::evolve::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial, Trial, TunedRule};
+use tropism::math::statistics::standard_deviation;
+use tropism::observation::Observation;
 use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::task::Task;
-use tropism::track::PAPER_PERIOD_MIN;
+use tropism::track::{PAPER_PERIOD_MIN, Sample};
 use tropism_bean::Species;
 use tropism_bean::tent::Greenhouse;
 
 use self::saved::SavedSearch;
 pub use self::status::TuneStatus;
 pub(crate) use self::status::status;
+use crate::model::Model;
 use crate::reach::note_out_of_reach;
 use crate::stopwatch::Stopwatch;
 use crate::task::check_goal;
@@ -89,6 +92,10 @@ pub struct TuneResults {
     /// Why no fitness is expected on unseen plants; `None` where one is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub withheld: Option<String>,
+    /// The probability that an unseen plant passes each target under the rule; empty for a rule tuned on virtual beans, and where no
+    /// fitness is expected.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub outlook: Vec<TargetOutlook>,
     /// Fitness of the greedy rule on the same plants.
     pub greedy: Trial,
     /// Processor time, in s.
@@ -124,7 +131,7 @@ impl Workflow for TunePlan {
     fn perform(&self, monitor: &dyn Monitor) -> Result<TuneResults, Error> {
         let stopwatch = Stopwatch::start();
         monitor.stage("tune", self.search.generations.into());
-        let (tuned, found, withheld) = match &self.beans {
+        let Tuned { tuned, found, withheld, outlook } = match &self.beans {
             None => self.tune_on_model(monitor)?,
             Some(greenhouse) => self.tune_on_beans(greenhouse, monitor)?,
         };
@@ -140,14 +147,52 @@ impl Workflow for TunePlan {
             in_model: found.expected,
             expected: tuned.expected,
             withheld,
+            outlook,
             greedy: found.greedy,
             cpu_seconds: stopwatch.cpu_seconds(),
         })
     }
 }
 
-/// A rule as it is written, what the search found, and why no fitness is expected.
-type Tuned = (TunedRule, RuleSearchResult, Option<String>);
+/// A rule as it is written, what the search found, why no fitness is expected, and the outlook for each target.
+struct Tuned {
+    tuned: TunedRule,
+    found: RuleSearchResult,
+    withheld: Option<String>,
+    outlook: Vec<TargetOutlook>,
+}
+
+/// Simulated seedlings of an outlook. Chosen: the standard error of a probability is 0.025 at most.
+const OUTLOOK_PLANTS: u32 = 400;
+
+/// The probability that an unseen plant of `model` passes each target under `rule`. The interval is that of the mean over models of
+/// the single plants: how well so few plants can say it.
+fn seedling_outlook(
+    model: &Model,
+    task: &Task,
+    rule: PredictiveRule,
+    seed: u64,
+) -> Result<Vec<TargetOutlook>, Error> {
+    if task.targets.is_empty() {
+        return Ok(Vec::new());
+    }
+    let start = [Sample::of(Observation::simulated(task.start), 0, 0.0, None)];
+    let on = |model: &Model, plants| outlook(model, task, rule, &start, plants, seed);
+    let mut of_all = on(model, OUTLOOK_PLANTS);
+    let alone = model.of_each_plant(usize::MAX).map_err(|error| Error::Plan(error.to_string()))?;
+    if alone.len() < 2 {
+        return Ok(of_all);
+    }
+    let each: Vec<Vec<TargetOutlook>> =
+        alone.iter().map(|model| on(model, OUTLOOK_PLANTS / alone.len() as u32 + 1)).collect();
+    for (number, target) in of_all.iter_mut().enumerate() {
+        let probabilities: Vec<f64> = each.iter().map(|targets| targets[number].probability).collect();
+        let error = standard_deviation(&probabilities) / (probabilities.len() as f64).sqrt();
+        let [least, most] = [-1.96, 1.96].map(|errors| target.probability + errors * error);
+        target.interval = Some([least.max(0.0), most.min(1.0)]);
+    }
+    Ok(of_all)
+}
 
 impl TunePlan {
     /// The plan that goes on with the interrupted search for the rule `out`.
@@ -190,10 +235,10 @@ impl TunePlan {
             monitor
                 .note("the model is one of the plane: the rule is tuned for the targets without their depth");
             let plan = Self { task, ..self.clone() };
-            let (tuned, found, _) = plan.tune_on_model(monitor)?;
+            let Tuned { tuned, found, .. } = plan.tune_on_model(monitor)?;
             let withheld = "the model knows nothing of the depth of the targets".to_owned();
             let tuned = TunedRule { task: Some(self.task.clone()), expected: None, ..tuned };
-            return Ok((tuned, found, Some(withheld)));
+            return Ok(Tuned { tuned, found, withheld: Some(withheld), outlook: Vec::new() });
         }
         let model = model::read_for(&self.model, &self.task, monitor)?;
         note_out_of_reach(&self.task, &Species::default(), monitor);
@@ -208,7 +253,12 @@ impl TunePlan {
         // Two plants are enough to tell whether there is more than one.
         let withheld = model::reason_to_withhold(model.of_each_plant(2)?.len(), without_data);
         let expected = withheld.is_none().then_some(found.expected);
-        Ok((TunedRule { task: Some(self.task.clone()), expected, ..tuned }, found, withheld))
+        let outlook = match &withheld {
+            None => seedling_outlook(&model, &self.task, found.rule, self.seed)?,
+            Some(_) => Vec::new(),
+        };
+        let tuned = TunedRule { task: Some(self.task.clone()), expected, ..tuned };
+        Ok(Tuned { tuned, found, withheld, outlook })
     }
 
     /// Searches on virtual beans, which grow side by side in all threads.
@@ -247,6 +297,6 @@ impl TunePlan {
             is_virtual: true,
             expected: Some(found.expected),
         };
-        Ok((tuned, found, None))
+        Ok(Tuned { tuned, found, withheld: None, outlook: Vec::new() })
     }
 }

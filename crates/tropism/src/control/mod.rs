@@ -15,6 +15,7 @@ mod network;
 pub mod network_analysis;
 mod periodic;
 mod planner;
+mod outlook;
 pub(crate) mod rule;
 mod schedule;
 mod sensors;
@@ -24,6 +25,7 @@ use crate::observation::Observation;
 
 pub use greedy::Greedy;
 pub use network::{NetworkController, OUTPUTS, ShapeError, outputs};
+pub use outlook::{TargetOutlook, outlook};
 pub use periodic::Periodic;
 pub use planner::{Planner, PlannerConfig};
 pub use rule::{Avoidance, PredictiveGreedy, PredictiveRule};

@@ -1,7 +1,7 @@
 //! A controller that looks ahead: it tries what it could do on simulated plants, and does what turns out better.
 //!
 //! In: what was observed so far. Out: the lamp. The idea (rollout): a model resumes the observed plant some times, each time as
-//! another of the plants that it may be. On all of them each choice is carried out, and the rest of the task is left to a rule.
+//! another of the plants that it may be; on request each learns from its past how this very plant answers. On all of them each choice is carried out, and the rest of the task is left to a rule.
 //! Choices are compared on the same plants and random numbers. The rule is left only for what is surely better: the best of
 //! many choices is else the one whose error is greatest.
 //!
@@ -20,9 +20,13 @@ use crate::math::statistics::{mean, standard_deviation};
 use crate::observation::{Observation, Quality};
 use crate::parallel;
 use crate::plant::PlantModel;
-use crate::random::{NoiseStream, Purpose, derive};
+use crate::random::{NoiseStream, Purpose, StepNoise, derive};
 use crate::task::{Past, Task};
 use crate::track::Sample;
+
+/// Simulated plants on which choices are compared before those are dropped that are not better by a standard error (racing, Maron and
+/// Moore 1994). Chosen: a third of the default plants.
+const PLANTS_AT_ONCE: usize = 8;
 
 /// What a [`Planner`] tries, and how often.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,6 +36,8 @@ pub struct PlannerConfig {
     pub plants: u32,
     /// Minutes from one plan to the next, above 0.
     pub replan_min: f64,
+    /// Whether the simulated plants learn from the past of the observed one how it answers.
+    pub learns: bool,
     /// Minutes that are simulated, above 0; the task may end before.
     pub horizon_min: f64,
     /// For how long a choice keeps one lamp lit before the rule goes on, in minutes. Each time with each lamp is a choice.
@@ -52,6 +58,7 @@ impl Default for PlannerConfig {
         Self {
             plants: 24,
             replan_min: 30.0,
+            learns: false,
             horizon_min: 1500.0,
             holds_min: vec![30.0, 90.0, 180.0],
             offsets_cm: vec![-3.0, -1.5, 1.5, 3.0],
@@ -127,7 +134,7 @@ pub struct Planner<M> {
     chosen: Option<(usize, u32)>,
 }
 
-impl<M: PlantModel + Send> Planner<M> {
+impl<M: PlantModel<Plant: Sync> + Send> Planner<M> {
     /// Steers with the lamps of `model` and at its period.
     ///
     /// # Errors
@@ -163,25 +170,52 @@ impl<M: PlantModel + Send> Planner<M> {
     /// rules decided for what is seen now.
     fn plan(&self, lights: &[Light]) -> usize {
         let seed = derive(self.config.seed, Purpose::Plan, u64::from(self.step));
-        // By how much each choice but the rule is better than the rule, plant by plant.
-        let gains = parallel::map(self.config.plants as usize, |plant| {
-            let noise = NoiseStream::new(seed, Purpose::Plan, [plant as u32, 0, 0]);
-            let mut plant = self.model.resumed(&self.samples, &mut noise.of_seedling());
-            self.model.among(&mut plant, &self.task.solids());
-            let worth = |choice| self.carry_out(choice, lights, plant.clone(), noise);
-            let of_rule = worth(&self.choices[0]);
-            self.choices[1..].iter().map(|choice| worth(choice) - of_rule).collect::<Vec<f64>>()
-        });
+        let noise_of = |plant| NoiseStream::new(seed, Purpose::Plan, [plant, 0, 0]);
+        let noises: Vec<NoiseStream> = (0..self.config.plants).map(noise_of).collect();
+        let plants = self.simulated_plants(&noises);
+        // By how much each choice is better than the rule, plant by plant; and the choices that may yet be.
+        let mut gains: Vec<Vec<f64>> = vec![Vec::new(); self.choices.len()];
+        let mut left: Vec<usize> = (1..self.choices.len()).collect();
+        for first in (0..plants.len()).step_by(PLANTS_AT_ONCE) {
+            let count = PLANTS_AT_ONCE.min(plants.len() - first);
+            let of_plants = parallel::map(count, |number| {
+                let (plant, noise) = (&plants[first + number], noises[first + number]);
+                let worth = |choice| self.carry_out(choice, lights, plant.clone(), noise);
+                let of_rule = worth(&self.choices[0]);
+                left.iter().map(|&number| worth(&self.choices[number]) - of_rule).collect::<Vec<f64>>()
+            });
+            for of_plant in of_plants {
+                left.iter().zip(of_plant).for_each(|(&number, gain)| gains[number].push(gain));
+            }
+            left.retain(|&number| {
+                let (gain, error) = mean_and_error(&gains[number]);
+                gain + error > 0.0
+            });
+            if left.is_empty() {
+                break;
+            }
+        }
         let mut best = (0, 0.0);
-        for number in 1..self.choices.len() {
-            let gains: Vec<f64> = gains.iter().map(|of_plant| of_plant[number - 1]).collect();
-            let (gain, error) =
-                (mean(gains.iter().copied()), standard_deviation(&gains) / (gains.len() as f64).sqrt());
+        for number in left {
+            let (gain, error) = mean_and_error(&gains[number]);
             if gain > best.1 && gain > self.config.sure * error {
                 best = (number, gain);
             }
         }
         best.0
+    }
+
+    /// Plants that the observed one may be, one for each of `noises`.
+    fn simulated_plants(&self, noises: &[NoiseStream]) -> Vec<M::Plant> {
+        let mut seedlings: Vec<StepNoise> = noises.iter().map(NoiseStream::of_seedling).collect();
+        let mut plants = if self.config.learns {
+            self.model.twins(&self.samples, &mut seedlings)
+        } else {
+            seedlings.iter_mut().map(|noise| self.model.resumed(&self.samples, noise)).collect()
+        };
+        let solids = self.task.solids();
+        plants.iter_mut().for_each(|plant| self.model.among(plant, &solids));
+        plants
     }
 
     /// What the task is worth from now on if `plant` is steered by `choice`.
@@ -213,7 +247,12 @@ impl<M: PlantModel + Send> Planner<M> {
     }
 }
 
-impl<M: PlantModel + Send> Controller for Planner<M> {
+/// Mean of some gains and its standard error.
+fn mean_and_error(gains: &[f64]) -> (f64, f64) {
+    (mean(gains.iter().copied()), standard_deviation(gains) / (gains.len() as f64).sqrt())
+}
+
+impl<M: PlantModel<Plant: Sync> + Send> Controller for Planner<M> {
     fn decide(&mut self, seen: &Observation) -> Light {
         let period_min = self.model.period_min();
         let time_s = f64::from(self.step) * period_min * 60.0;
@@ -250,7 +289,6 @@ mod tests {
     use super::*;
     use crate::geometry::Point;
     use crate::lamps::Layout;
-    use crate::random::StepNoise;
     use crate::simulation::simulate;
     use crate::task::Score;
 

@@ -189,6 +189,7 @@ pub struct AnyModel {
 trait DynModel: FittedModel {
     fn seedling(self: Arc<Self>, start: Point, noise: &mut StepNoise) -> Box<dyn Plant>;
     fn resumed(self: Arc<Self>, past: &[Sample], noise: &mut StepNoise) -> Box<dyn Plant>;
+    fn twins(self: Arc<Self>, past: &[Sample], noises: &mut [StepNoise]) -> Vec<Box<dyn Plant>>;
     fn layout(&self) -> &Layout;
     fn period_min(&self) -> f64;
     fn score(
@@ -241,6 +242,11 @@ impl<M: FittedModel + BatchModel<Plant: Send + Sync + 'static> + Send + 'static>
 
     fn resumed(self: Arc<Self>, past: &[Sample], noise: &mut StepNoise) -> Box<dyn Plant> {
         Box::new(Grown { plant: PlantModel::resumed(&*self, past, noise), model: self })
+    }
+
+    fn twins(self: Arc<Self>, past: &[Sample], noises: &mut [StepNoise]) -> Vec<Box<dyn Plant>> {
+        let boxed = |plant| -> Box<dyn Plant> { Box::new(Grown { plant, model: self.clone() }) };
+        PlantModel::twins(&*self, past, noises).into_iter().map(boxed).collect()
     }
 
     fn layout(&self) -> &Layout {
@@ -344,6 +350,10 @@ impl PlantModel for AnyModel {
 
     fn resumed(&self, past: &[Sample], noise: &mut StepNoise) -> Box<dyn Plant> {
         self.model.clone().resumed(past, noise)
+    }
+
+    fn twins(&self, past: &[Sample], noises: &mut [StepNoise]) -> Vec<Box<dyn Plant>> {
+        self.model.clone().twins(past, noises)
     }
 
     fn among(&self, plant: &mut Box<dyn Plant>, solids: &[Solid]) {

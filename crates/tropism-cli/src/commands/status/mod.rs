@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use tropism::control::TargetOutlook;
 use tropism_lab::files::shell_word;
 use tropism_lab::status::{LatestEvent, RunState, RunStatus, StatusPlan, StatusResults};
 use tropism_lab::units::{self, plural};
@@ -81,6 +82,9 @@ fn run_text(status: &RunStatus) -> String {
         Some(late) => add("next step", format!("about {} late", units::time(-late))),
         None => {}
     }
+    for target in &status.outlook {
+        add("target", outlook_text(target));
+    }
     add("carried_forward", format!("{} without the plant", plural(status.carried_forward, "photograph")));
     add("unconfirmed", format!("{} whose lamp did not confirm", plural(status.unconfirmed, "decision")));
     if let Some(free) = status.disk_free_bytes {
@@ -104,6 +108,19 @@ fn run_text(status: &RunStatus) -> String {
         RunState::Running | RunState::Overdue | RunState::Over => {}
     }
     lines.join("\n")
+}
+
+/// `(3, 6): passes within 1 cm with a probability of 0.85 (0.60 to 0.97), median 0.4 cm`.
+pub(crate) fn outlook_text(outlook: &TargetOutlook) -> String {
+    let TargetOutlook { target, passed_cm, probability, interval, expected_cm } = outlook;
+    let place = format!("({}, {})", target.x, target.y);
+    if let Some(passed) = passed_cm {
+        return format!("{place}: passed at {passed:.1} cm");
+    }
+    let interval = interval.map_or_else(String::new, |[least, most]| format!(" ({least:.2} to {most:.2})"));
+    let median = expected_cm.map_or_else(String::new, |median| format!(", median {median:.1} cm"));
+    let reach = if outlook.is_out_of_reach() { "probably OUT OF REACH: " } else { "" };
+    format!("{place}: {reach}passes within 1 cm with a probability of {probability:.2}{interval}{median}")
 }
 
 fn headline(status: &RunStatus) -> String {
