@@ -2,12 +2,21 @@
 import { spawn, spawnSync } from "node:child_process";
 import { once } from "node:events";
 import fs from "node:fs";
+import net from "node:net";
 import os from "node:os";
 import path from "node:path";
-import { chromium } from "playwright-core";
+import { chromium, firefox } from "playwright-core";
 
 const PROGRAM = path.resolve(process.env.TROPISM ?? "../../target/debug/tropism");
 const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
+const FIREFOX = process.env.FIREFOX ?? "/usr/bin/firefox-esr";
+
+/** The browser of all tests that name none: `BROWSER=firefox` tries another. */
+const BROWSER = process.env.BROWSER ?? "chromium";
+/** Those that are installed. */
+export const BROWSERS = Object.entries({ chromium: CHROMIUM, firefox: FIREFOX })
+  .filter(([, file]) => fs.existsSync(file))
+  .map(([name]) => name);
 
 /** The programs that run in folders of tests. */
 const running = new Set();
@@ -62,34 +71,82 @@ export async function studio(t, cwd, port = 0, ...more) {
   return { child, address };
 }
 
-let browser;
-/** A page at `address`; what goes wrong on it fails the test. */
-export async function page(t, address, options = {}) {
-  // A name that no name server knows, for a proxy.
-  const args = ["--no-sandbox", "--host-resolver-rules=MAP plants.example.org 127.0.0.1"];
-  browser ??= await chromium.launch({ executablePath: CHROMIUM, args });
-  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
-  const opened = await context.newPage();
-  opened.problems = [];
-  opened.on("pageerror", (error) => opened.problems.push(error.message));
-  opened.on("console", (message) => {
-    // A lost connection is part of some tests.
-    const isLost = /ERR_CONNECTION|ERR_INCOMPLETE|Failed to load resource|net::/.test(message.text());
-    if (message.type() === "error" && !isLost) opened.problems.push(message.text());
-  });
+/** Firefox as Debian has it, by WebDriver BiDi. */
+async function launchFirefox() {
+  const launched = await firefox.launch({ executablePath: FIREFOX, channel: "moz-firefox" });
+  // One command of this playwright is younger than the Firefox of a stable Debian: colours stay as they are.
+  const sessions = Object.getPrototypeOf(launched._connection.toImpl(launched)._browserSession);
+  const { send } = sessions;
+  sessions.send = function (method, words) {
+    return method === "emulation.setMediaFeaturesOverride" ? Promise.resolve({}) : send.call(this, method, words);
+  };
+  return launched;
+}
+// A name that no name server knows, for a proxy.
+const ARGS = ["--no-sandbox", "--host-resolver-rules=MAP plants.example.org 127.0.0.1"];
+const LAUNCH = { chromium: () => chromium.launch({ executablePath: CHROMIUM, args: ARGS }), firefox: launchFirefox };
+/** @type {Record<string, Promise<import("playwright-core").Browser>>} */
+const browsers = {};
+
+/** A browser of its own cookies, tabs and store: `name` is one of [`BROWSERS`]. */
+export async function visitor(t, options = {}, name = BROWSER) {
+  browsers[name] ??= LAUNCH[name]();
+  const { isMobile, ...others } = options;
+  const own = name === "firefox" ? others : options;
+  const context = await (await browsers[name]).newContext({ viewport: { width: 1280, height: 900 }, ...own });
+  context.problems = [];
   t.after(async () => {
     await context.close();
-    if (opened.problems.length) throw new Error(opened.problems.join("\n"));
+    if (context.problems.length) throw new Error(context.problems.join("\n"));
   });
-  // While one works on the pages: as they are in the sources, without a build.
-  if (process.env.ASSETS)
-    await context.route(/\/assets\/\w+\.(js|css)$/, (route) =>
-      route.fulfill({ path: path.join(process.env.ASSETS, path.basename(new URL(route.request().url()).pathname)) }),
-    );
+  return context;
+}
+/** A tab of `context` at `address`; what goes wrong on it fails the test. */
+export async function tab(context, address) {
+  const opened = await context.newPage();
+  opened.on("pageerror", (error) => context.problems.push(error.message));
+  opened.on("console", (message) => {
+    // A lost connection is part of some tests.
+    const isLost = /ERR_CONNECTION|ERR_INCOMPLETE|Failed to load resource|net::|can.t establish a connection/.test(message.text());
+    if (message.type() === "error" && !isLost) context.problems.push(message.text());
+  });
   await opened.goto(address);
   return opened;
 }
-export const close = async () => browser?.close();
+/** A page at `address` in a browser of its own. */
+export const page = async (t, address, options = {}) => tab(await visitor(t, options), address);
+export const close = async () => {
+  for (const browser of Object.values(browsers)) await (await browser).close();
+};
+
+/** A network between browser and studio: it counts requests, and is cut, or falls silent and comes back. */
+export async function network(t, address) {
+  const { hostname, port } = new URL(address);
+  const sockets = new Set();
+  const state = { asked: [], isSilent: false };
+  const server = net.createServer((near) => {
+    const far = net.connect(Number(port), hostname);
+    for (const [from, to] of [[near, far], [far, near]]) {
+      sockets.add(from);
+      from.on("data", (data) => {
+        if (from === near) state.asked.push(...(data.toString("latin1").match(/^(GET|POST) \S+/gm) ?? []));
+        if (!state.isSilent) to.write(data);
+      });
+      from.on("error", () => {});
+      from.on("close", () => {
+        sockets.delete(from);
+        if (!state.isSilent) to.destroy();
+      });
+    }
+  });
+  await new Promise((done) => server.listen(0, "127.0.0.1", () => done(undefined)));
+  const cut = () => sockets.forEach((socket) => socket.destroy());
+  t.after(() => {
+    cut();
+    server.close();
+  });
+  return { address: `http://127.0.0.1:${server.address().port}/`, state, cut };
+}
 
 /** Photographs of the run in `at`. */
 export const photographs = (cwd, at) => {

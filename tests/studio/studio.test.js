@@ -4,7 +4,7 @@ import fs from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
 import { after, test } from "node:test";
-import { close, folder, page, photographs, run, start, studio, until } from "./helpers.js";
+import { close, folder, network, page, photographs, run, start, studio, until } from "./helpers.js";
 
 const AXE = fs.readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const PHONE = { viewport: { width: 360, height: 780 }, hasTouch: true, isMobile: true };
@@ -81,6 +81,8 @@ test("three targets are drawn, evolved for and tried", async (t) => {
   // Who steers changes while it plays.
   await opened.click("[data-who=greedy]");
   await until(async () => (await hours()) >= 4, "greedy steers the bean");
+  // How far beside each target, not how many heights it passed.
+  await until(async () => /^\d\.\d, /.test(await opened.textContent("#score tr:nth-child(2) td")), "a distance to the first target");
   await opened.click("[data-who=you]");
   await opened.click("#right");
   await until(async () => (await hours()) >= 8, "a person steers the bean");
@@ -136,17 +138,14 @@ test("a run is watched, stopped by hold and resumed", async (t) => {
 test("a page asks once for its events and once for the last photograph", async (t) => {
   const cwd = folder(t);
   await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "greedy", "--out", "a bean", "--steps", "4");
-  const { address } = await studio(t, cwd);
-  const opened = await page(t, "about:blank");
-  /** @type {string[]} */
-  const asked = [];
-  opened.on("request", (request) => asked.push(request.url().replace(address, "")));
-  await opened.goto(`${address}run?at=a+bean`);
+  const { address, state } = await network(t, (await studio(t, cwd)).address);
+  const opened = await page(t, `${address}run?at=a+bean`);
   await until(async () => (await opened.textContent("#frame")) === "000004.jpg", "the last photograph");
   await until(() => opened.evaluate(() => document.querySelector("#img").naturalWidth), "the photograph is there");
+  const asked = state.asked.map((line) => line.replace("GET /", ""));
   const count = (part) => asked.filter((one) => one.startsWith(part)).length;
-  assert.equal(count("api/run/events?at=a+bean"), 1, asked.join("\n"));
-  assert.equal(asked.filter((one) => one === "api/run/photo?at=a+bean&name=000004.jpg").length, 1, asked.join("\n"));
+  assert.equal(count("api/stream"), 1, asked.join("\n"));
+  assert.equal(asked.filter((one) => /^api\/run\/photo\?at=a\+bean&name=000004.jpg&v=\w{12}$/.test(one)).length, 1, asked.join("\n"));
   // What the server named in the page's header came before the scripts asked for anything.
   const first = asked.findIndex((one) => one.startsWith("api/run/photo"));
   assert.ok(first >= 0 && first < asked.findIndex((one) => one.startsWith("api/session")), asked.join("\n"));

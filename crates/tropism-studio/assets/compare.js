@@ -103,7 +103,7 @@ $("#go").onclick = compare;
 session.then(({ session: own }) => {
   if (!own) return;
   let isFirst = true;
-  listen("api/events", "items", (data) => {
+  listen("items", "", (data) => {
     const old = new Map(data.all ? [] : items.map((item) => [item.at, item]));
     for (const item of data.items) old.set(item.at, item);
     for (const at of data.gone) if (!data.items.some((item) => item.at === at)) old.delete(at);

@@ -2,7 +2,7 @@
 // @ts-check
 import { $, $$, asked, command, get, html, listen, num, pageOf, plural, post, put, say, session, toast } from "./studio.js";
 import { fit, line, plot } from "./figure.js";
-import { best, drawing, free, learn, mode, take } from "./drawing.js";
+import { best, drawing, free, learn, mode, take, text } from "./drawing.js";
 import { draw, view } from "./plane.js";
 import { drawn, setMode } from "./editor.js";
 import { begin, pause, play } from "./trial.js";
@@ -10,7 +10,7 @@ import { begin, pause, play } from "./trial.js";
 // Phases.
 /** @param {"draw" | "evolve" | "try"} to @param {"you"} [who] steers */
 export function enter(to, who) {
-  view.phase = to;
+  view.phase = document.body.dataset.phase = to;
   for (const name of ["draw", "evolve", "try"]) $(`#p-${name}`).hidden = name !== to;
   $("#hint").hidden = $("#mode").hidden = $("#tool").hidden = to !== "draw";
   $("#steer").hidden = to !== "try" || view.who !== "you";
@@ -33,12 +33,16 @@ export function enter(to, who) {
 /** @type {any} */
 let evolution;
 $("#name").value = free();
+/** Names of what was made from this page: what is made next has another, and is saved under the same. @type {Set<string>} */
+const made = new Set();
 /** Asks for an evolution, or for a rule. @param {"evolve" | "tune"} method */
 async function make(method) {
   $("#evolve").disabled = $("#tune").disabled = true;
   try {
+    if (made.has($("#name").value.trim())) $("#name").value = free();
+    const name = $("#name").value.trim();
     const request = {
-      name: $("#name").value.trim(),
+      name,
       drawing: drawing(),
       method,
       runs: Number($("#runs").value),
@@ -49,7 +53,7 @@ async function make(method) {
     const found = await post("api/draw/evolve", request);
     view.at = found.at;
     put($("#commands"), found.commands.map(command));
-    $("#name").value = free();
+    made.add(name);
     evolution = undefined;
     searched.length = 0;
     $("#p-evolve h2").textContent = method === "tune" ? "Tuning a rule" : "Evolving";
@@ -122,8 +126,8 @@ async function follow() {
     if (!waits(own, queue)) return;
     await new Promise((done) => setTimeout(done, 500));
   }
-  listen(`api/evolution/events?${new URLSearchParams({ at: own })}`, "evolution", (found) => {
-    if (view.at !== own) return;
+  const end = listen("evolution", own, (found) => {
+    if (view.at !== own) return end();
     evolution = found;
     $("#generation").textContent =
       `generation ${Math.floor(found.done / Math.max(1, found.best.length))} of ${found.generations}`;
@@ -171,11 +175,20 @@ $("#save").onclick = async () => {
 };
 
 const given = asked.get("drawing");
-if (given) {
+try {
+  const draft = given ?? sessionStorage.getItem("draft");
+  if (draft) take(JSON.parse(draft));
+} catch {
+  // The paper's targets stand in.
+}
+// A page that is loaded again has what was drawn on it. Phones end a page that is hidden.
+document.addEventListener("visibilitychange", keepDraft);
+addEventListener("pagehide", keepDraft);
+function keepDraft() {
   try {
-    take(JSON.parse(given));
+    sessionStorage.setItem("draft", text());
   } catch {
-    // The paper's targets stand in.
+    // Without storage the drawing ends with the page.
   }
 }
 setMode(mode);
@@ -183,7 +196,7 @@ setMode(mode);
 session.then(async ({ session: own }) => {
   if (!own) return;
   drawn();
-  listen("api/events", "items", () => {});
+  listen("items", "", () => {});
   get("api/items").then(({ items: all }) => {
     const runs = all.filter((item) => item.kind === "run" && item.photo_name);
     put($("#backdrop"), [

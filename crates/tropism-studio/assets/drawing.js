@@ -48,8 +48,10 @@ let known = { tips: [], stems: [] };
 export let reach = [];
 /** The steepest lean of a stem, in degrees. */
 export let steepest = 90;
-/** @type {string[]} */
+/** What was drawn before, and what was taken back. @type {string[]} */
 const past = [];
+/** @type {string[]} */
+const future = [];
 
 /** The drawing as the server reads it. */
 export function drawing() {
@@ -162,9 +164,11 @@ export const hasGoal = () =>
 export const free = () => `${mode === "form" ? "form" : "targets"}-${new Date().toISOString().slice(0, 19).replace(/[-:]/g, "").replace("T", "-")}`;
 
 // How it changes.
+const asText = () => JSON.stringify({ mode, items, numbers });
 export const keep = () => {
-  past.push(JSON.stringify({ mode, items, numbers }));
+  past.push(asText());
   past.splice(0, past.length - 50);
+  future.length = 0;
 };
 export const snapped = (/** @type {number} */ value) => Math.round(value * 2) / 2;
 /** How low a thing of a kind may stand, in cm. @param {Item["kind"]} kind */
@@ -218,10 +222,15 @@ export function turnTo(next) {
   reach = mode === "form" ? known.stems : known.tips;
 }
 /** Takes back the last change; false if there is none. */
-export function undo() {
-  const before = past.pop();
-  if (!before) return false;
-  const then = JSON.parse(before);
+export const undo = () => turnBack(past, future);
+/** Does again what was taken back last; false if there is nothing. */
+export const redo = () => turnBack(future, past);
+/** @param {string[]} from @param {string[]} to */
+function turnBack(from, to) {
+  const text = from.pop();
+  if (!text) return false;
+  to.push(asText());
+  const then = JSON.parse(text);
   turnTo(then.mode);
   ({ items, numbers } = then);
   return true;

@@ -1,17 +1,86 @@
-// Opens a page's live events before all else: they come while its scripts and styles load. `listen` takes them over.
+// Asks for a page's live events before all else: they come while its scripts and styles load. `listen` takes them over.
 // @ts-check
-if (!("early" in globalThis)) {
-  const { events = "", event = "" } = /** @type {HTMLScriptElement} */ (document.currentScript).dataset;
-  const at = new URLSearchParams(location.search).get("at") ?? "";
-  const path = event === "items" ? events : `${events}?${new URLSearchParams({ at })}`;
-  const source = new EventSource(path);
-  /** @type {MessageEvent[]} */
-  const heard = [];
-  const keep = (/** @type {MessageEvent} */ message) => heard.push(message);
-  source.addEventListener(event, keep);
-  const taken = () => {
-    source.removeEventListener(event, keep);
-    return heard;
+
+/** Changes with the messages of the hub: tabs of an older studio keep theirs. */
+const HUB = "tropism hub 1";
+
+/**
+ * Who listens to a topic. Before there is a `take`, messages wait.
+ * @typedef {{ key: string, topic: string, at: string, take: ((message: any) => void) | null, waiting: any[] }} Listener
+ */
+/** @type {Map<string, Listener>} */
+const listeners = new Map();
+/** @type {MessagePort} */
+let port;
+/** Whether all tabs share a connection. Where they do not, a hidden tab gives its own up. */
+let isShared = true;
+
+/** @param {MessagePort} to */
+function use(to) {
+  port = to;
+  port.onmessage = ({ data }) => {
+    const listener = listeners.get(data.key);
+    if (listener?.take) listener.take(data);
+    else listener?.waiting.push(data);
   };
-  /** @type {any} */ (globalThis).early = { path, source, taken };
+  for (const listener of listeners.values()) ask(listener);
+}
+/** The hub as a part of this page. */
+function useOwn() {
+  isShared = false;
+  const { port1, port2 } = new MessageChannel();
+  import("./hub.js").then(({ join }) => join(port2));
+  use(port1);
+}
+/** @param {Listener} listener */
+const ask = ({ key, topic, at }) => port.postMessage({ listen: { key, topic, at } });
+/** @param {Listener} listener */
+const drop = ({ key }) => port.postMessage({ drop: key });
+
+/** @param {string} topic @param {string} at @returns {Listener} */
+function add(topic, at) {
+  const key = `${Date.now().toString(36)}-${Math.random().toString(36).slice(2)}`;
+  const listener = { key, topic, at, take: null, waiting: [] };
+  listeners.set(key, listener);
+  ask(listener);
+  return listener;
+}
+
+/**
+ * Listens to a topic: `take` gets each message, also those that came before. Gives what ends it.
+ * @param {string} topic @param {string} at @param {(message: any) => void} take
+ */
+export function hear(topic, at, take) {
+  const begun = [...listeners.values()].find((one) => !one.take && one.topic === topic && one.at === at);
+  const listener = begun ?? add(topic, at);
+  // After the rest of the page's script.
+  queueMicrotask(() => {
+    listener.take = take;
+    for (const message of listener.waiting.splice(0)) take(message);
+  });
+  return () => {
+    listeners.delete(listener.key);
+    drop(listener);
+  };
+}
+
+const page = location.pathname.split("/").at(-1) ?? "";
+if (page !== "login") {
+  try {
+    const worker = new SharedWorker(new URL("hub.js", import.meta.url), { type: "module", name: HUB });
+    worker.onerror = useOwn;
+    use(worker.port);
+  } catch {
+    // Some phones have none, and browsers that may keep nothing refuse it.
+    useOwn();
+  }
+  const at = new URLSearchParams(location.search).get("at") ?? "";
+  if (page === "run" || page === "evolution") add(page, at);
+  else add("items", "");
+  addEventListener("pagehide", () => listeners.forEach(drop));
+  // Another may have logged in, or out, since.
+  addEventListener("pageshow", (event) => event.persisted && location.reload());
+  document.addEventListener("visibilitychange", () => {
+    if (!isShared) listeners.forEach(document.hidden ? drop : ask);
+  });
 }

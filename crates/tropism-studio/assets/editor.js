@@ -22,6 +22,7 @@ import {
   nameOf,
   node,
   numbers,
+  redo,
   removeAt,
   setBest,
   snapped,
@@ -49,6 +50,15 @@ function pointed(event) {
     snapped((SOIL - ((event.clientY - box.top) / box.height) * H) / U),
   ];
 }
+/** Where a finger touched the plane that may be lifted there again. @type {Pair | null} */
+let tapped = null;
+/** How far a finger that taps may stray, in pixels. */
+const STRAY_PX = 12;
+/** Adds what is chosen where the pointer is, if it may stand there. @param {PointerEvent} event */
+function placed(event) {
+  const point = pointed(event);
+  return point[1] < lowest(tool) - 0.5 ? null : add(tool, point);
+}
 /** The thing that is dragged, and the handle that it is dragged by. @type {{ item: Item, place: number, from: Pair | null } | null} */
 let dragged = null;
 $("#plane").addEventListener("pointerdown", (event) => {
@@ -59,12 +69,17 @@ $("#plane").addEventListener("pointerdown", (event) => {
     const [index, place] = mark.dataset.grip.split(".").map(Number);
     dragged = { item: items[index], place, from: null };
   } else {
-    const point = pointed(event);
-    if (point[1] < lowest(tool) - 0.5) return;
-    const item = add(tool, point);
+    // A finger that swipes scrolls the page; one that taps places, when it is lifted. A stem is drawn by finger, too.
+    if (event.pointerType === "touch" && tool !== "node") {
+      tapped = [event.clientX, event.clientY];
+      return;
+    }
+    const item = placed(event);
+    if (!item) return;
+    const [point] = item.points;
     // A drag from here on gives an obstacle its size: by the rim of a disc, by the other end of the others. A line of the
     // stem is drawn by it.
-    if (item) dragged = { item, place: tool === "disc" ? 1 : isThing(tool) ? 2 : 0, from: point };
+    dragged = { item, place: tool === "disc" ? 1 : isThing(tool) ? 2 : 0, from: [point[0], point[1]] };
   }
   $("#plane").setPointerCapture(event.pointerId);
   event.preventDefault();
@@ -101,7 +116,10 @@ function stroke(from, event) {
 }
 let isStroke = false;
 for (const name of ["pointerup", "pointercancel"]) {
-  $("#plane").addEventListener(name, () => {
+  $("#plane").addEventListener(name, (event) => {
+    const isTap = tapped && name === "pointerup" && Math.hypot(event.clientX - tapped[0], event.clientY - tapped[1]) < STRAY_PX;
+    tapped = null;
+    if (isTap && placed(event)) drawn();
     dragged = null;
     isStroke = false;
   });
@@ -159,6 +177,7 @@ export function setMode(next) {
   $("#list-name").textContent = isForm ? "Line of the stem" : "Targets";
   $("#others").setAttribute("aria-label", isForm ? "Apex and inflection" : "Way points and obstacles");
   $("#form-numbers").hidden = !isForm;
+  $("#plane").classList.toggle("by-hand", isForm);
   $("#hint").textContent = isForm
     ? "Draw the line that the stem is to have, from the root upwards, or touch the plane for single points and drag them. It counts when the tip is as high as the line’s end."
     : "Touch the plane to place what is chosen above, drag it to move it. The tip is to pass the targets from the lowest to the highest, and the stem must touch no obstacle; way points are to steer by.";
@@ -181,11 +200,24 @@ for (const field of $$("[data-number]")) {
     drawn();
   };
 }
-$("#undo").onclick = () => {
-  if (!undo()) return toast("Nothing to undo.");
+/** @param {() => boolean} turn @param {string} says */
+function turn(turn, says) {
+  if (!turn()) return toast(says);
   setMode(mode);
   drawn();
-};
+}
+$("#undo").onclick = () => turn(undo, "Nothing to undo.");
+const again = $("#redo");
+if (again) again.onclick = () => turn(redo, "Nothing to redo.");
+addEventListener("keydown", (event) => {
+  const isTyping = /** @type {Element} */ (event.target).matches?.("input, select, textarea");
+  if (view.phase !== "draw" || isTyping || !(event.ctrlKey || event.metaKey)) return;
+  const key = event.key.toLowerCase();
+  if (key !== "z" && key !== "y") return;
+  event.preventDefault();
+  if (key === "y" || event.shiftKey) turn(redo, "Nothing to redo.");
+  else turn(undo, "Nothing to undo.");
+});
 
 /** A number of a thing: a coordinate, or the radius. @param {Item} item @param {number | string} key */
 const valueOf = ({ points, radius }, key) => (key === "radius" ? radius : points.flat()[Number(key)]);

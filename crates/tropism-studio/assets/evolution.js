@@ -9,9 +9,11 @@ import {
   get,
   html,
   icon,
+  insist,
   listen,
   num,
   ofBest,
+  onYes,
   plural,
   post,
   put,
@@ -25,6 +27,7 @@ import {
   wordOf,
 } from "./studio.js";
 import { band, cross, fit, lampPath, line, plot, wantedLine } from "./figure.js";
+import { keep } from "./keep.js";
 import { shape } from "./obstacle.js";
 
 const at = asked.get("at") ?? "";
@@ -272,6 +275,7 @@ function state() {
   const button = $("#pause");
   button.hidden = data.state === "over";
   $("#extend").disabled = data.state === "live";
+  $("#run-it").hidden = data.state !== "over";
   put(button, data.state === "live" ? html`${icon("pause")}Pause` : html`${icon("play")}Go on`);
 }
 
@@ -290,7 +294,7 @@ $("#pause").onclick = async () => {
   try {
     if (data.state === "live") {
       toast("Pausing: the runs are saved.");
-      await post("api/evolution/pause", { at });
+      await insist("api/evolution/pause", { at }, "The pause");
     } else {
       await post("api/evolution/resume", { at });
       toast("It goes on when its turn comes.");
@@ -306,18 +310,17 @@ $("#extend").onclick = () => {
   $("#until").value = String(2 * data.generations);
   $("#more").showModal();
 };
-$("#more").onclose = async () => {
-  if ($("#more").returnValue !== "yes") return;
+onYes($("#more"), async () => {
   await post("api/evolution/extend", { at, generations: Number($("#until").value) }).then(
     () => toast("It goes on when its turn comes."),
     say,
   );
-};
+});
 
 // Both are asked for at once: neither waits for the other.
 listen(
-  `api/evolution/events?${new URLSearchParams({ at })}`,
   "evolution",
+  at,
   (found) => {
     data = found;
     all();
@@ -336,6 +339,8 @@ session.then(async ({ session: own }) => {
   document.title = `${about.name} · tropism studio`;
   $("#about").textContent =
     `${plural(about.runs, "run")} of ${plural(about.generations, "generation")}, ${about.population} networks each, for ${about.task}. Seed ${about.seed}.`;
+  keep("evolution", at, about);
+  $("#run-it").href = `begin?${new URLSearchParams({ form: "run", controller: `${at}/champion.json` })}`;
   put($("#commands"), [
     command(about.commands.status),
     command(about.commands.stop),

@@ -22,7 +22,7 @@ import {
 
 /**
  * @typedef {{ at: string, name: string, kind: string, state: string, is_virtual: boolean | null, began: number | null, changed: number | null,
- *   value: number | null, text: string, health: string, step: number | null, photo: number | null, photo_name: string | null,
+ *   value: number | null, text: string, health: string, step: number | null, photo: number | null, photo_name: string | null, photo_v: string | null,
  *   next: number | null, lamp: string | null, done: number | null, total: number | null }} Item
  */
 
@@ -80,7 +80,7 @@ function rows() {
 
 /** @param {Item} item */
 function runCard(item) {
-  const photo = new URLSearchParams({ at: item.at, name: item.photo_name ?? "" });
+  const photo = new URLSearchParams({ at: item.at, name: item.photo_name ?? "", ...(item.photo_v ? { v: item.photo_v } : {}) });
   const picture = item.photo_name
     ? html`<img src="api/run/photo?${photo}" alt="" width="648" height="300" /><span
           class="tag"
@@ -194,8 +194,8 @@ addEventListener("click", (event) => {
 
 // At once: it does not wait for the words in the foot.
 listen(
-  "api/events",
   "items",
+  "",
   (data) => {
     if (data.all) items.clear();
     for (const item of data.items) items.set(item.at, item);

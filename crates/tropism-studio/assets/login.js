@@ -7,13 +7,19 @@ $("#see").onchange = () => {
   $("#token").type = $("#see").checked ? "text" : "password";
 };
 
+/** The page that was asked for; none of another site. */
+function back() {
+  const to = new URLSearchParams(location.search).get("to") ?? "";
+  return /^(run|evolution|work|draw|begin|tune|compare)(\?[^#]*)?$/.test(to) ? to : "./";
+}
+
 /** @param {string} token */
 async function logIn(token) {
   const button = $("#go");
   button.disabled = true;
   const headers = { "Content-Type": "application/json" };
   const answer = await fetch("api/login", { method: "POST", headers, body: JSON.stringify({ token }) }).catch(() => null);
-  if (answer?.ok) return location.assign("./");
+  if (answer?.ok) return location.assign(back());
   const said = answer ? (await answer.json().catch(() => ({}))).error : "The studio does not answer.";
   put($("#say"), html`<div class="banner bad"><div>${said ?? "That was not it."}</div></div>`);
   $("#token").setAttribute("aria-invalid", "true");
@@ -26,6 +32,6 @@ $("#form").onsubmit = (event) => {
 };
 const brought = location.hash.slice(1);
 if (brought) {
-  history.replaceState(null, "", location.pathname);
+  history.replaceState(null, "", location.pathname + location.search);
   logIn(brought);
 }

@@ -9,6 +9,9 @@ import { KINDS, handles, isObstacle, items, mode, nameOf, obstacleOf, reach, sor
 /** @typedef {{ x: number, y: number, lamp: string | null, stem: [number, number][], touches: boolean, off?: number }} Frame */
 /** @typedef {{ frames: Frame[], fitness: number[], crossings: any[], isOver: boolean, at: number, lights: string }} Trial */
 
+/** Distance at its height from which a target counts as missed, in cm (`MISS_CM` of the library). */
+const MISS_CM = 1;
+
 /** The plane in pixels of its drawing: 34 in a centimetre, the root at 340, 600. */
 export const [W, H, U, ROOT, SOIL] = [680, 660, 34, 340, 600];
 const X = (/** @type {number} */ x) => ROOT + U * x;
@@ -147,10 +150,11 @@ export function draw() {
   const marks = all.map((item, index) => {
     const [x, y] = item.points[0];
     const { isFar } = word(item);
-    const crossed = view.phase === "try" && trial?.crossings[index] && trial.crossings[index].step <= trial.at;
+    const crossing = view.phase === "try" ? trial?.crossings[index] : null;
+    const isVisited = crossing && crossing.step <= (trial?.at ?? 0) && crossing.distance_cm < MISS_CM;
     const ring =
-      isFar || crossed
-        ? `<circle class="ring ${isFar && !crossed ? "far" : ""}" cx="${X(x)}" cy="${Y(y)}" r="18"/>`
+      isFar || isVisited
+        ? `<circle class="ring ${isFar && !isVisited ? "far" : ""}" cx="${X(x)}" cy="${Y(y)}" r="18"/>`
         : "";
     return `<g>${ring}${cross(X(x), Y(y), index + 1, 9 * size)}</g>`;
   });

@@ -13,6 +13,7 @@ import {
   hold,
   html,
   icon,
+  insist,
   lampClass,
   listen,
   mmss,
@@ -20,6 +21,7 @@ import {
   now,
   num,
   ofBest,
+  onYes,
   plural,
   post,
   put,
@@ -33,6 +35,7 @@ import {
   wordOf,
 } from "./studio.js";
 import { cross, fit, lampPath, line, plot, ticks, wantedLine } from "./figure.js";
+import { keep } from "./keep.js";
 import { shape } from "./obstacle.js";
 
 const at = asked.get("at") ?? "";
@@ -41,7 +44,7 @@ const at = asked.get("at") ?? "";
  * A step, from a row that the server sends.
  * @param {any[]} row
  */
-const step = ([number, hours, x, y, length, lamp, confirmed, isCarried, status, confidence, unix, photo, px, py]) => ({
+const step = ([number, hours, x, y, length, lamp, confirmed, isCarried, status, confidence, unix, photo, px, py, v]) => ({
   number,
   hours,
   x,
@@ -56,6 +59,7 @@ const step = ([number, hours, x, y, length, lamp, confirmed, isCarried, status, 
   photo,
   px,
   py,
+  v,
 });
 
 /** @type {ReturnType<typeof step>[]} */
@@ -73,6 +77,9 @@ let unpredicted = "";
 /** Place of the photograph that is shown; the latest one if it is `null`. @type {number | null} */
 let shown = null;
 let hasOverlay = true;
+/** Tells the run from another in its folder. */
+let identity = "";
+let isThere = true;
 let lostFor = 0;
 let isLost = false;
 let film = 0;
@@ -83,7 +90,7 @@ const isOn = () => status.state === "live" || status.state === "overdue";
 const place = () => shown ?? steps.length - 1;
 const lampNow = () => steps.findLast((one) => one.lamp)?.lamp ?? null;
 const photoOf = (one, isSmall) =>
-  `api/run/photo?${new URLSearchParams({ at, name: one.photo, ...(isSmall ? { small: "true" } : {}) })}`;
+  `api/run/photo?${new URLSearchParams({ at, name: one.photo, v: one.v, ...(isSmall ? { small: "true" } : {}) })}`;
 const when = (one) => (one.unix ? moment(one.unix) : `${num(one.hours, 1)} h`);
 
 // The photograph and what is drawn over it.
@@ -130,11 +137,14 @@ function wantStem() {
   }, 120);
 }
 
+/** Whether the photograph that is shown could not be loaded. */
+const isMissing = () => $("#img").dataset.failed !== undefined && $("#img").dataset.of === $("#img").getAttribute("src");
+
 function photograph() {
   const one = steps[place()];
   const image = $("#img");
   const latest = shown === null;
-  $("#no-photo").hidden = Boolean(one?.photo);
+  $("#no-photo").hidden = Boolean(one?.photo) && !isMissing();
   image.hidden = !one?.photo;
   if (one?.photo) {
     const source = photoOf(one, false);
@@ -144,9 +154,12 @@ function photograph() {
       one.x === null
         ? `Step ${one.number}: no plant found.`
         : `Step ${one.number}: the tip is at ${num(one.x, 1)}, ${num(one.y, 1)} cm.${side}`;
-  } else {
-    $("#no-photo").textContent = one ? "The camera gave no photograph at this step." : "No photograph yet.";
   }
+  $("#no-photo").textContent = one?.photo
+    ? "This photograph could not be loaded."
+    : one
+      ? "The camera gave no photograph at this step."
+      : "No photograph yet.";
   put($("#over"), trusted(overlay()));
   wantStem();
   $("#frame").textContent = one?.photo ?? "";
@@ -184,11 +197,20 @@ function strip() {
 
 // The small photographs come after the large one.
 $("#img").addEventListener("load", strip);
+for (const event of ["load", "error"])
+  $("#img").addEventListener(event, () => {
+    // After the handler of all images.
+    queueMicrotask(() => {
+      $("#no-photo").hidden = Boolean(steps[place()]?.photo) && !isMissing();
+      health();
+    });
+  });
 
 /** @param {number | null} to */
 function show(to) {
   shown = to === null || to >= steps.length - 1 ? null : Math.max(0, to);
   photograph();
+  cursor();
 }
 
 function stopFilm() {
@@ -256,7 +278,7 @@ function facts() {
   const unknown = status.still_lit ? `${status.still_lit} may still be lit` : isOn() ? "not decided yet" : "off";
   const name = has
     ? html`<span class="lamp ${lampClass(lamp)}">${capital(lamp)}</span>`
-    : html`<span class="lamp">${status.state === "died" && !status.still_lit ? "Unknown" : capital(unknown)}</span>`;
+    : html`<span class="lamp">${(status.state === "died" || status.state === "gone") && !status.still_lit ? "Unknown" : capital(unknown)}</span>`;
   const detail = has
     ? html`<span class="sub">for ${num(hours, 1)} h${lit?.isConfirmed ? ", confirmed" : ", not confirmed yet"}</span>`
     : "";
@@ -282,6 +304,8 @@ function facts() {
 }
 
 // Curves.
+/** Space left and right of the curves, in pixels. */
+const [BEFORE, BEHIND] = [44, 12];
 const series = fit($("#series"), (width) => {
   if (steps.length < 2) return '<p class="soft">After two photographs.</p>';
   const every = Math.max(1, Math.ceil(steps.length / Math.max(200, width)));
@@ -300,9 +324,9 @@ const series = fit($("#series"), (width) => {
     }
     return parts;
   };
-  const one = (values, yl, isLast) => {
+  const one = (values, yl, isLast, aims = []) => {
     const known = values.filter((value) => value !== null);
-    let [low, high] = [Math.min(...known), Math.max(...known)];
+    let [low, high] = [Math.min(...known, ...aims), Math.max(...known, ...aims)];
     if (!known.length) [low, high] = [0, 1];
     const margin = Math.max(0.2, (high - low) * 0.1);
     const y = /** @type {[number, number]} */ ([low - margin, high + margin]);
@@ -315,9 +339,12 @@ const series = fit($("#series"), (width) => {
       yt: ticks(y[0], y[1], 3),
       yl,
       xl: isLast ? "hours" : "",
-      m: { l: 44, r: 12, t: 10, b: isLast ? 38 : 8 },
+      m: { l: BEFORE, r: BEHIND, t: 10, b: isLast ? 38 : 8 },
       label: `${yl} over ${num(until, 1)} hours, now ${known.length ? num(known.at(-1), 2) : "unknown"}`,
-      body: (X, Y) => `${ribbon(X)}<path class="stroke bold" d="${line(hours, values, X, Y)}"/>`,
+      body: (X, Y) => {
+        const heights = aims.map((aim) => `<path class="dotted" d="M${X(0)} ${Y(aim).toFixed(1)}H${X(until)}"/>`);
+        return `${ribbon(X)}${heights.join("")}<path class="stroke bold" d="${line(hours, values, X, Y)}"/>`;
+      },
     });
   };
   // Both go through the steps once, the one an hour behind the other.
@@ -329,6 +356,11 @@ const series = fit($("#series"), (width) => {
       if (steps[behind].y !== null) before = steps[behind];
     return now.y === null || !before ? null : (now.y - before.y) / (now.hours - before.hours);
   });
+  // Heights of the targets that were crossed, and of the next one: all of them would press the curve flat.
+  const highest = Math.max(...kept.map((one) => one.y ?? 0));
+  const aims = (about.targets ?? []).map((target) => target.y).sort((one, other) => one - other);
+  const next = aims.findIndex((y) => y > highest);
+  const heights = next < 0 ? aims : aims.slice(0, next + 1);
   return (
     one(
       kept.map((one) => one.x),
@@ -337,9 +369,56 @@ const series = fit($("#series"), (width) => {
     one(
       kept.map((one) => one.y),
       "y (cm)",
+      false,
+      heights,
     ) +
     one(hourly, "cm/h", true)
   );
+});
+
+// One time for photograph, path and curves: that of the step that is shown, or that the pointer is on.
+/** Place of the step under the pointer. @type {number | null} */
+let pointed = null;
+/** Scales of the path, once it is drawn. @type {[(x: number) => number, (y: number) => number] | null} */
+let onPath = null;
+function cursor() {
+  const at = pointed ?? shown;
+  const one = at === null ? undefined : steps[at];
+  const width = $("#series").clientWidth;
+  const line = $("#cursor");
+  line.hidden = !one || steps.length < 2;
+  $("#read").textContent = "";
+  $("#on-path")?.remove();
+  if (!one) return;
+  const until = Math.max(1, steps.at(-1)?.hours ?? 0);
+  line.style.left = `${BEFORE + ((width - BEFORE - BEHIND) * one.hours) / until}px`;
+  const tip = one.x === null ? "no plant found" : `x ${num(one.x, 1)}, y ${num(one.y, 1)} cm`;
+  $("#read").textContent = `${num(one.hours, 1)} h: ${tip}${one.lamp ? `, ${one.lamp} lamp` : ""}`;
+  if (one.x === null || !onPath) return;
+  const [X, Y] = onPath;
+  $("#path svg")?.insertAdjacentHTML("beforeend", `<circle class="ring" id="on-path" cx="${X(one.x)}" cy="${Y(one.y)}" r="9"/>`);
+}
+/** The place of the step nearest to where the pointer is. @param {PointerEvent} event */
+function pointedAt(event) {
+  const { left, width } = $("#series").getBoundingClientRect();
+  const until = Math.max(1, steps.at(-1)?.hours ?? 0);
+  const hours = ((event.clientX - left - BEFORE) / (width - BEFORE - BEHIND)) * until;
+  const after = steps.findIndex((one) => one.hours >= hours);
+  if (after <= 0) return after === 0 ? 0 : steps.length - 1;
+  return hours - steps[after - 1].hours < steps[after].hours - hours ? after - 1 : after;
+}
+const timeLine = $("#time-line");
+timeLine.addEventListener("pointermove", (event) => {
+  if (steps.length < 2) return;
+  pointed = pointedAt(event);
+  cursor();
+});
+timeLine.addEventListener("pointerleave", () => {
+  pointed = null;
+  cursor();
+});
+timeLine.addEventListener("click", (event) => {
+  if (steps.length > 1) show(pointedAt(event));
 });
 
 const numbers = $("#series-table").closest("details");
@@ -373,6 +452,12 @@ function seriesTable() {
   );
 }
 
+/** How far beside each target the tip crossed its height. @param {any[]} crossings */
+const besides = (crossings) =>
+  crossings
+    .map((crossed, index) => (crossed ? `${num(crossed.beside, 1)} cm beside target ${index + 1}` : `target ${index + 1} not yet`))
+    .join(", ");
+
 const path = fit($("#path"), (width) => {
   const targets = about.targets ?? [];
   const seen = steps.filter((one) => one.x !== null);
@@ -385,7 +470,7 @@ const path = fit($("#path"), (width) => {
   const high = Math.max(low + 6, about.end_height ?? 0, ...ys) + 0.7;
   const height = Math.min(460, Math.max(240, (width * (high - low)) / (2 * reach)));
   const sentence = seen.length
-    ? `Path of the tip, now at ${num(seen.at(-1).x, 1)}, ${num(seen.at(-1).y, 1)} cm${targets.length ? `, past ${plural((status.crossings ?? []).filter(Boolean).length, "target")} of ${targets.length}` : ""}.`
+    ? `Path of the tip, now at ${num(seen.at(-1).x, 1)}, ${num(seen.at(-1).y, 1)} cm${targets.length ? `; ${besides(status.crossings ?? [])}` : ""}.`
     : "No tip yet.";
   return plot({
     w: width,
@@ -396,6 +481,7 @@ const path = fit($("#path"), (width) => {
     yl: "tip y (cm)",
     label: sentence,
     body: (X, Y) => {
+      onPath = [X, Y];
       const heights = targets.map((target) => `<path class="dotted" d="M${X(-reach)} ${Y(target.y).toFixed(1)}H${X(reach)}"/>`);
       const fan = (prediction?.paths ?? []).map(
         (points) =>
@@ -539,15 +625,18 @@ async function predict() {
 
 // Health.
 function health() {
-  const isGood = status.health === "good";
+  const missing = isMissing() ? steps[place()] : undefined;
+  const isGood = status.health === "good" && !missing;
   put(
     $("#health"),
     html`<span class="chip ${isGood ? "" : "warn"}"
-      >${icon(isGood ? "done" : "warn")}${isGood ? "all checks pass" : "look here"}</span
+      >${icon(isGood ? "done" : "warn")}${missing ? "photograph missing" : isGood ? "all checks pass" : "look here"}</span
     >`,
   );
   // What says the same again and again is shown once, with a count.
-  const told = [];
+  const told = missing
+    ? [{ kind: "missing", is_warning: true, count: 1, step: missing.number, says: "This photograph could not be loaded.", todo: "Look whether its file is there, and at the network." }]
+    : [];
   for (const event of [...events].reverse()) {
     const same = told.at(-1);
     if (same && same.kind === event.kind) same.count++;
@@ -580,8 +669,18 @@ function health() {
   );
 }
 
+let keptAs = "";
+/** What can be kept of the run, once its name is known, and again when it is over. */
+function keepAbout() {
+  const isOver = status.state === "over";
+  if (!about.name || keptAs === String(isOver)) return;
+  keptAs = String(isOver);
+  keep("run", at, { name: about.name, isOver });
+}
+
 // What state the run is in, and what to do.
 function state() {
+  keepAbout();
   const last = steps.at(-1);
   const resume = (primary) =>
     html`<button class="btn ${primary ? "primary" : ""} change" type="button" id="resume">
@@ -595,6 +694,13 @@ function state() {
       lostFor,
       html`The run itself goes on: it does not need this page. To stop it meanwhile, at its computer:
         <code>${about.commands?.stop ?? "tropism stop"}</code>`,
+    );
+  } else if (word === "gone") {
+    what = banner(
+      "bad",
+      "alert",
+      html`<strong>This run is not here any more.</strong> Its folder was deleted, renamed or moved since this page was opened;
+        what you see is the last that was known. A renamed run is in the <a href="./">overview</a>.`,
     );
   } else if (word === "overdue") {
     what = banner(
@@ -642,10 +748,11 @@ function state() {
     about.is_virtual ? virtual("virtual bean") : "",
   ]);
   for (const button of $$(".stop")) button.setAttribute("aria-disabled", String(!isOn() || isLost));
-  for (const button of $$(".safe")) button.setAttribute("aria-disabled", String(isLost));
+  for (const button of $$(".safe")) button.setAttribute("aria-disabled", String(isLost || word === "gone"));
   $("#ask-button").hidden = !isOn();
-  $("#dock").hidden = word === "over";
-  document.body.classList.toggle("has-dock", word !== "over");
+  const hasDock = word !== "over" && word !== "gone";
+  $("#dock").hidden = !hasDock;
+  document.body.classList.toggle("has-dock", hasDock);
 }
 
 /** What changes by itself, once a second. */
@@ -673,7 +780,7 @@ function tick() {
   $("#drop").value = left !== null && status.period_s ? Math.min(1, Math.max(0, 1 - left / status.period_s)) : 0;
 }
 
-const PARTS = [state, photograph, facts, path, series, targets, health, strip, seriesTable];
+const PARTS = [state, photograph, facts, path, series, cursor, targets, health, strip, seriesTable];
 /** Parts that are still to be drawn. @type {(() => void)[]} */
 let due = [];
 /** Draws what changed, a part a frame: none of them holds up a finger. */
@@ -690,7 +797,8 @@ function some() {
 async function stop() {
   try {
     toast("Stopping: the step that is under way is finished.");
-    await post("api/run/stop", { at });
+    const { has_ended: hasEnded } = await insist("api/run/stop", { at }, "The stop");
+    if (!hasEnded) toast("The run was asked to stop. Its step is not finished yet.");
   } catch (error) {
     say(error);
   }
@@ -700,7 +808,7 @@ for (const button of $$(".safe")) {
   button.onclick = async () => {
     if (button.getAttribute("aria-disabled") === "true") return;
     try {
-      const { devices, is_virtual: isVirtual } = await post("api/run/safe-state", { at });
+      const { devices, is_virtual: isVirtual } = await insist("api/run/safe-state", { at }, "Safe state");
       const failed = devices.filter((device) => !device.is_off);
       toast(
         isVirtual
@@ -715,9 +823,7 @@ for (const button of $$(".safe")) {
   };
 }
 $("#ask-button").onclick = () => $("#ask").showModal();
-$("#ask").onclose = () => {
-  if ($("#ask").returnValue === "yes") stop();
-};
+onYes($("#ask"), stop);
 $("#banner").onclick = async (event) => {
   if (event.target.id !== "resume") return;
   event.target.disabled = true;
@@ -726,10 +832,13 @@ $("#banner").onclick = async (event) => {
 
 // Both are asked for at once: neither waits for the other.
 listen(
-  `api/run/events?${new URLSearchParams({ at })}`,
   "run",
+  at,
   (data) => {
     const isFirst = !steps.length;
+    // Another run lies in the folder now: nothing of the one before is kept.
+    if (data.status.identity && identity && data.status.identity !== identity) return location.reload();
+    identity = data.status.identity ?? identity;
     steps = [...steps.slice(0, data.from), ...data.rows.map(step)];
     events = [...events.slice(0, data.events_from), ...data.events];
     status = data.status;
@@ -743,6 +852,18 @@ listen(
     state();
     facts();
     tick();
+  },
+  () => {
+    isThere = false;
+    put(
+      $("#banner"),
+      banner(
+        "bad",
+        "alert",
+        html`<strong>There is no run here.</strong> It was deleted, renamed or moved, or the address is wrong. All that is there is
+          in the <a href="./">overview</a>.`,
+      ),
+    );
   },
 );
 setInterval(tick, 1000);
@@ -759,6 +880,7 @@ get("api/run", { at }).then((known) => {
     html`Steered by ${about.controller}, ${num(about.period_min, about.period_min % 1 ? 1 : 0)} min a step, at most
     ${plural(about.max_steps, "step")}.`,
   );
+  keepAbout();
   put($("#commands"), [command(about.commands.status), command(about.commands.stop), command(about.commands.resume)]);
   all();
-}, refuse);
+}, (error) => isThere && refuse(error));

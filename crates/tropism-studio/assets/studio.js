@@ -1,12 +1,14 @@
 // Shared by all pages of the studio: the frame, what the server is asked, live events, hold to confirm, words for times.
 // @ts-check
 import { $, $$, MARK, html, icon, num, put, toggleTheme, trusted, wordOf } from "./dom.js";
+import { hear } from "./early.js";
 
 export * from "./dom.js";
 
 const PAGES = [
   ["./", "index", "Overview"],
   ["draw", "draw", "Draw"],
+  ["begin", "begin", "Begin"],
   ["tune", "tune", "Tune vision"],
   ["compare", "compare", "Compare"],
 ];
@@ -65,10 +67,42 @@ export const now = () => Date.now() / 1000 + ahead;
 
 /**
  * @typedef {{ csrf: string, read_only: boolean }} Session
- * @type {Promise<{ session: Session | null, asks_for_token: boolean, folder: string, version: string, is_demo: boolean, now: number }>}
+ * @typedef {{ session: Session | null, asks_for_token: boolean, folder: string, version: string, is_demo: boolean, now: number }} Found
  */
-export const session = fetch("api/session").then(async (answer) => {
-  const found = await answer.json();
+
+/** How long an answer may take. */
+const ANSWER_MS = 10_000;
+/** Pause before a change that did not reach the studio is asked for again. */
+const AGAIN_MS = 2_000;
+/** After so long a change is not asked for again by itself: nobody expects it any more. */
+const INSISTS_MS = 120_000;
+
+/** The word that changes carry; a studio that began anew has another. */
+let csrf = "";
+
+/** @returns {Promise<Found>} */
+async function askSession() {
+  const found = await (await fetch("api/session", { signal: AbortSignal.timeout(ANSWER_MS) })).json();
+  csrf = found.session?.csrf ?? "";
+  return found;
+}
+
+/** Goes where one logs in, and comes back to this page. */
+const toLogIn = () => {
+  const own = (location.pathname.split("/").at(-1) ?? "") + location.search;
+  location.assign(own ? `login?${new URLSearchParams({ to: own })}` : "login");
+};
+
+/** The session, asked for until the studio answers. */
+async function firstSession() {
+  for (;;) {
+    const found = await askSession().catch(() => null);
+    if (found) return found;
+    await new Promise((done) => setTimeout(done, AGAIN_MS));
+  }
+}
+
+export const session = firstSession().then((found) => {
   setClock(found.now);
   const own = found.session;
   if (own?.read_only) document.body.classList.add("read-only");
@@ -81,13 +115,13 @@ export const session = fetch("api/session").then(async (answer) => {
       ${own && found.asks_for_token ? html`<button class="btn quiet" id="logout" type="button">Log out</button>` : ""}`,
   );
   const out = $("#logout");
-  if (out) out.onclick = () => post("api/logout", {}).finally(() => location.assign("login"));
+  if (out) out.onclick = () => insist("api/logout", {}, "The log-out").then(() => location.assign("login"), say);
   return found;
 });
 
 /** @param {Response} answer */
 async function read(answer) {
-  if (answer.status === 401) location.assign("login");
+  if (answer.status === 401) toLogIn();
   const data = await answer.json().catch(() => ({ error: `the studio answered ${answer.status}` }));
   if (!answer.ok) throw new Error(data.error ?? `the studio answered ${answer.status}`);
   return data;
@@ -100,25 +134,107 @@ export async function get(path, values = {}) {
   return read(await fetch(known.length ? `${path}?${query}` : path));
 }
 
-/** @param {string} path @param {any} body @returns {Promise<any>} */
-export async function post(path, body) {
-  const csrf = (await session).session?.csrf ?? "";
-  const headers = { "Content-Type": "application/json", "X-Tropism-Csrf": csrf };
-  return read(await fetch(path, { method: "POST", headers, body: JSON.stringify(body) }));
+/** That the studio did not answer. */
+class Unanswered extends Error {}
+
+/** @param {string} path @param {any} body @param {number} within */
+async function send(path, body, within) {
+  for (let isFirst = true; ; isFirst = false) {
+    const word = csrf;
+    const headers = { "Content-Type": "application/json", "X-Tropism-Csrf": word };
+    const signal = AbortSignal.timeout(within);
+    const answer = await fetch(path, { method: "POST", headers, body: JSON.stringify(body), signal }).catch(() => {
+      throw new Unanswered("The studio does not answer.");
+    });
+    // A studio that began anew does not know the word of this page, which may have none yet: a fresh one is asked for, once.
+    if (answer.status === 403 && isFirst) {
+      const found = await askSession().catch(() => null);
+      if (found?.session && found.session.csrf !== word) continue;
+    }
+    return read(answer);
+  }
+}
+
+/** Shows what lasts, until it is taken away, with buttons; gives what was pressed. @param {any} text @param {string[]} buttons */
+function notice(text, ...buttons) {
+  const note = document.createElement("div");
+  note.className = "toast notice";
+  note.setAttribute("role", "alert");
+  put(note, [html`<span>${text}</span>`, buttons.map((name) => html`<button class="btn quiet" type="button">${name}</button>`)]);
+  document.body.append(note);
+  const pressed = new Promise((done) => {
+    note.onclick = ({ target }) => target instanceof HTMLButtonElement && done(target.textContent);
+  });
+  return { pressed, end: () => note.remove() };
+}
+
+/** Says what waits when it takes longer than a moment. @template T @param {Promise<T>} doing @param {string} what @returns {Promise<T>} */
+async function watched(doing, what) {
+  let note = { end: () => {} };
+  const timer = setTimeout(() => (note = notice(`${what} waits for the studio.`)), 1500);
+  return doing.finally(() => {
+    clearTimeout(timer);
+    note.end();
+  });
+}
+
+/**
+ * Asks for a change; where the studio does not answer, one is asked whether to try again: it may have been done.
+ * @param {string} path @param {any} body @param {number} [within] how long it may take, in ms @returns {Promise<any>}
+ */
+export async function post(path, body, within = ANSWER_MS) {
+  for (;;) {
+    try {
+      return await watched(send(path, body, within), "This");
+    } catch (error) {
+      if (!(error instanceof Unanswered)) throw error;
+      const text = "The studio did not answer. It may have been done all the same: look, then try again.";
+      const asks = notice(text, "Try again", "Leave it");
+      const answer = await asks.pressed;
+      asks.end();
+      if (answer !== "Try again") throw error;
+    }
+  }
+}
+
+/**
+ * Asks for a change that does no harm when it is asked for twice, again and again until the studio answers, and says so.
+ * @param {string} path @param {any} body @param {string} what @returns {Promise<any>}
+ */
+export async function insist(path, body, what) {
+  const began = Date.now();
+  for (let tries = 2; ; tries++) {
+    try {
+      return await watched(send(path, body, ANSWER_MS), what);
+    } catch (error) {
+      if (!(error instanceof Unanswered)) throw error;
+    }
+    if (Date.now() - began > INSISTS_MS) throw new Error(`${what} did not reach the studio.`);
+    const note = notice(html`<b>${what} has not reached the studio.</b> Try ${tries} follows.`, "Give up");
+    const answer = await Promise.race([note.pressed, new Promise((done) => setTimeout(done, AGAIN_MS))]);
+    note.end();
+    if (answer) throw new Error(`${what} was given up: it did not reach the studio.`);
+  }
+}
+
+/** Calls `act` when the form of a dialog is sent by its button `yes`. Escape sends nothing, whatever was said before. */
+export function onYes(/** @type {HTMLDialogElement} */ dialog, /** @type {() => void} */ act) {
+  $("form", dialog).addEventListener("submit", (/** @type {SubmitEvent} */ event) => {
+    if (/** @type {any} */ (event.submitter)?.value === "yes") act();
+  });
 }
 
 /** The server breaks its silence every 5 s: after twice as long and a little, the page is cut off. */
 const CUT_OFF_MS = 11_000;
 
 /**
- * Listens to live events; the browser comes back by itself, with the id of the last event it has.
- * @param {string} path @param {string} event @param {(data: any) => void} take @param {(isLost: boolean, seconds: number) => void} [lost]
+ * Listens to live events, over the connection that all tabs of this browser share; gives what ends it.
+ * @param {string} topic @param {string} at @param {(data: any) => void} take
+ * @param {(isLost: boolean, seconds: number) => void} [lost] @param {(error: Error) => void} [refused] it is not there
  */
-export function listen(path, event, take, lost = () => {}) {
+export function listen(topic, at, take, lost = () => {}, refused = refuse) {
   let heard = Date.now();
   let isLost = false;
-  /** @type {EventSource} */
-  let source;
   const state = $("#link");
   const tell = (is) => {
     isLost = is;
@@ -126,55 +242,60 @@ export function listen(path, event, take, lost = () => {}) {
     state.dataset.s = is ? "lost" : "";
     $("span", state).textContent = is ? "Trying again" : "Connected";
   };
-  const hear = (unix) => {
+  const end = hear(topic, at, ({ event, data, beat, error, isLost: isGone }) => {
+    if (isGone) return tell(true);
     heard = Date.now();
+    const unix = beat ?? data?.now;
     if (Number.isFinite(unix)) setClock(unix);
     if (isLost || $("span", state)?.textContent !== "Connected") {
       tell(false);
       lost(false, 0);
     }
-  };
-  const told = (/** @type {MessageEvent} */ message) => {
-    const data = JSON.parse(message.data);
-    hear(data.now);
-    take(data);
-  };
-  const open = () => {
-    // Those that were opened before the scripts came.
-    const { early } = /** @type {any} */ (globalThis);
-    const isEarly = early?.path === path;
-    // One that comes later is not needed any more.
-    /** @type {any} */ (globalThis).early = undefined;
-    source = isEarly ? early.source : new EventSource(path);
-    source.addEventListener("beat", (message) => hear(Number(message.data)));
-    source.addEventListener(event, told);
-    source.onerror = () => tell(true);
-    if (!isEarly) return;
-    // After the rest of the page's script.
-    queueMicrotask(() => early.taken().forEach(told));
-  };
-  open();
-  setInterval(() => {
+    if (event === "refused") refused(new Error(error));
+    else if (event) take(data);
+  });
+  const timer = setInterval(() => {
     const silent = Date.now() - heard;
-    if (silent > CUT_OFF_MS || isLost) {
-      if (!isLost) tell(true);
-      lost(true, Math.round(silent / 1000));
-    }
-    // A browser gives up where the server answers at all but refuses: perhaps it has begun anew.
-    if (source.readyState === EventSource.CLOSED) {
-      fetch("api/session")
-        .then(read)
-        .then(
-          (found) => {
-            if (!found.session) location.assign("login");
-          },
-          () => {},
-        );
-      open();
-    }
+    if (silent <= CUT_OFF_MS && !isLost) return;
+    if (!isLost) tell(true);
+    lost(true, Math.round(silent / 1000));
+    // Perhaps the studio has begun anew, and knows nobody.
+    askSession().then(
+      (found) => !found.session && toLogIn(),
+      () => {},
+    );
   }, 2000);
-  addEventListener("pagehide", () => source.close());
+  return () => {
+    clearInterval(timer);
+    end();
+  };
 }
+
+/** Pauses before an image that did not load is asked for again, in ms. */
+const IMAGE_AGAIN_MS = [1_000, 4_000, 15_000];
+
+// An image that does not load is asked for again; one that stays away is said to be missing, by the style of `data-failed`.
+/** @param {any} image */
+const isImage = (image) => image instanceof HTMLImageElement || image instanceof SVGImageElement;
+document.addEventListener(
+  "error",
+  ({ target: image }) => {
+    if (!isImage(image)) return;
+    const { dataset } = /** @type {any} */ (image);
+    const name = image instanceof HTMLImageElement ? "src" : "href";
+    const source = /** @type {Element} */ (image).getAttribute(name) ?? "";
+    // Tries of this image: another one in its place has its own.
+    const tries = dataset.of === source ? Number(dataset.tries) : 0;
+    Object.assign(dataset, { failed: "", of: source, tries: String(tries + 1) });
+    if (tries >= IMAGE_AGAIN_MS.length) return;
+    setTimeout(() => {
+      const element = /** @type {Element} */ (image);
+      if (element.isConnected && element.getAttribute(name) === source) element.setAttribute(name, source);
+    }, IMAGE_AGAIN_MS[tries]);
+  },
+  true,
+);
+document.addEventListener("load", ({ target: image }) => isImage(image) && delete (/** @type {any} */ (image).dataset.failed), true);
 
 /** @param {"" | "bad" | "calm"} kind @param {"status" | "alert"} role @param {any} text @param {any} [after] */
 export const banner = (kind, role, text, after = "") =>
@@ -273,6 +394,7 @@ const STATES = {
   stopped: ["", "stop", "Stopped"],
   died: ["bad", "warn", "Ended without a word"],
   broken: ["bad", "warn", "Cannot be read"],
+  gone: ["bad", "warn", "Not here any more"],
   over: ["", "done", "Done"],
   waiting: ["", "wait", "Waiting"],
 };

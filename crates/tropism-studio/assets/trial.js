@@ -56,14 +56,13 @@ function scores() {
   const hasObstacles = items.some(isObstacle);
   const isForm = mode === "form";
   $("#touches").hidden = !hasObstacles;
-  $("#goal").textContent = isForm ? "Off the form" : "Targets";
+  $("#goal").textContent = isForm ? "Off the form" : "Beside each target (cm)";
   const row = (name, title) => {
     const trial = view.trials[name];
-    const passed = trial ? trial.crossings.filter((one) => one && one.step <= trial.at).length : 0;
     const value = trial && trial.at > 0 ? num(trial.fitness[trial.at] ?? 0, 1) : "–";
     return html`<tr class="${name === view.who ? "now" : ""}">
       <th scope="row">${title}</th>
-      <td class="n">${isForm ? off(trial) : `${passed} of ${targets().length}`}</td>
+      <td class="n">${isForm ? off(trial) : beside(trial)}</td>
       ${hasObstacles ? html`<td class="n">${trial ? touched(trial) : "–"}</td>` : ""}
       <td class="n">${value}${name === view.who ? html` <span class="soft">of ${num(best, 1)}</span>` : ""}</td>
     </tr>`;
@@ -90,6 +89,12 @@ function off(trial) {
   const value = trial?.frames[trial.at]?.off;
   return value === undefined ? "–" : `${num(value, 1)} cm`;
 }
+/** How far beside each target the tip crossed its height, in cm; a dash for one that is still to come. @param {Trial | undefined} trial */
+const beside = (trial) =>
+  targets()
+    .map((_, index) => trial?.crossings[index])
+    .map((one) => (trial && one && one.step <= trial.at ? num(Math.abs(one.distance_cm), 1) : "–"))
+    .join(", ");
 /** Steps so far at which the stem touched an obstacle. @param {Trial} trial */
 const touched = (trial) => trial.frames.slice(0, trial.at + 1).filter((one) => one.touches).length;
 /** @param {Trial} trial */
@@ -122,6 +127,7 @@ export async function play(is) {
   if (is && trial && isDone(trial)) view.trials[view.who] = undefined;
   isPlaying = is;
   await ready();
+  wake();
 }
 $("#play").onclick = () => play(!isPlaying);
 $("#again").onclick = () => {
@@ -166,6 +172,14 @@ addEventListener("keydown", (event) => {
 
 let last = 0;
 let debt = 0;
+/** Whether a frame is asked for: none is while nothing moves. */
+let isAwake = false;
+function wake() {
+  if (isAwake || !isPlaying) return;
+  isAwake = true;
+  last = performance.now();
+  requestAnimationFrame(frame);
+}
 let isAsking = false;
 /** Gives the bean of a person the light of the next steps. @param {Trial} trial @param {number} steps */
 async function grow(trial, steps) {
@@ -185,7 +199,7 @@ async function grow(trial, steps) {
 }
 /** @param {number} time */
 function frame(time) {
-  const seconds = Math.min(0.1, (time - last) / 1000);
+  const seconds = Math.max(0, Math.min(0.1, (time - last) / 1000));
   last = time;
   const trial = view.trials[view.who];
   if (isPlaying && view.phase === "try" && trial) {
@@ -210,6 +224,6 @@ function frame(time) {
       scores();
     }
   }
-  requestAnimationFrame(frame);
+  isAwake = isPlaying && view.phase === "try";
+  if (isAwake) requestAnimationFrame(frame);
 }
-requestAnimationFrame(frame);

@@ -29,6 +29,8 @@ const SLIDERS = [
   ["threshold", "Threshold", "share of the way from background to plant at which the plant ends", 0.1, 0.9, 0.05],
   ["px_per_cm", "Scale", "pixels in a centimetre", 2, 60, 0.1],
 ];
+/** How long writing may take: other work with photographs comes first. */
+const WRITES_MS = 120_000;
 let at = asked.get("at") ?? "";
 /** @type {any} */
 let about;
@@ -261,7 +263,7 @@ $("#over").addEventListener("keydown", (event) => {
 
 $("#write").onclick = async () => {
   try {
-    const { file } = await post("api/tune/write", { at, settings, name: $("#name").value.trim() });
+    const { file } = await post("api/tune/write", { at, settings, name: $("#name").value.trim() }, WRITES_MS);
     toast(`${file} is written.`);
   } catch (error) {
     say(error);
@@ -297,7 +299,7 @@ new ResizeObserver(() => photograph()).observe($("#photo"));
 
 session.then(async ({ session: own }) => {
   if (!own) return;
-  listen("api/events", "items", () => {});
+  listen("items", "", () => {});
   const { items } = await get("api/items");
   const runs = items.filter((item) => item.kind === "run" && item.step !== null);
   const options = runs.map((run) => html`<option value="${run.at}">${run.name} (${plural(run.step + 1, "photograph")})</option>`);

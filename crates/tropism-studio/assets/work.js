@@ -1,5 +1,6 @@
 // A study, sweep, transfer, comparison of replicates or tuned rule: how far it is.
 // @ts-check
+import { keep } from "./keep.js";
 import { $, asked, chip, command, get, html, listen, num, put, refuse, session, span } from "./studio.js";
 
 const at = asked.get("at") ?? "";
@@ -20,6 +21,8 @@ function stages(status) {
   return [["units", status.done, status.total, "units"]];
 }
 
+/** The name of the work, once it is known. */
+let named = "";
 async function read() {
   const { kind, name, status, is_at_work: isAtWork, commands, drawing } = await get("api/work", { at });
   $("#kind").textContent = kind;
@@ -50,6 +53,8 @@ async function read() {
       </tbody>`,
   );
   put($("#commands"), commands.map(command));
+  if (named !== name) keep(kind, at, { name });
+  named = name;
   $("#compare").href = `compare?${new URLSearchParams({ at })}`;
   $("#compare").hidden = !status.is_over || kind === "rule";
   $("#try").href = `draw?${new URLSearchParams({ at, drawing: JSON.stringify(drawing) })}`;
@@ -60,5 +65,5 @@ session.then(({ session: own }) => {
   if (!own) return;
   const again = () => read().then(() => put($("#banner"), ""), refuse);
   again();
-  listen("api/events", "items", again);
+  listen("items", "", again);
 });

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use axum::body::Body;
 use axum::extract::{Query, State};
@@ -19,16 +19,20 @@ use tropism_lab::evolve::EvolutionRecord;
 use tropism_lab::safe_state::SafeStatePlan;
 use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::stop::StopPlan;
-use tropism_lab::{ControllerSpec, RunConfig, Silent, Workflow, files, holder};
+use tropism_lab::{ControllerSpec, Monitor, RunConfig, Silent, Workflow, files, holder};
 use tropism_page::Drawing;
 
 use crate::access::{LogInError, Right, Session};
 use crate::error::Refusal;
 use crate::found::{Kind, resolve, resolve_kind, resolve_work, search_of};
-use crate::gate::gate;
+use crate::gate::{form_encoded, gate};
 use crate::items::{Overview, name_of};
+use crate::stream::EventStream;
+use crate::tail::SHOWN_DIGITS;
 use crate::wire::Peer;
-use crate::{Studio, assets, compare, draw, evolution, items, run, stream, tune};
+use crate::{
+    Studio, assets, begin, compare, draw, evolution, housekeeping, items, metrics, run, stream, tune, zip,
+};
 
 /// The largest body of a request.
 const MAX_BODY: usize = 64 * 1024;
@@ -36,8 +40,8 @@ const MAX_BODY: usize = 64 * 1024;
 /// How long a body may take to come.
 const BODY_COMES: Duration = Duration::from_secs(10);
 
-/// How long a stop may take before the page says that it goes on.
-const STOP_WAIT_MIN: f64 = 0.5;
+/// How long the answer to a stop waits for the end; the step that is under way may take longer.
+const STOP_WAIT: Duration = Duration::from_secs(4);
 
 /// Width of a small photograph, in pixels.
 const SMALL: usize = 160;
@@ -57,6 +61,7 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/evolution", get(evolution_page))
         .route("/work", page("work.html"))
         .route("/draw", page("draw.html"))
+        .route("/begin", page("begin.html"))
         .route("/tune", page("tune.html"))
         .route("/compare", page("compare.html"))
         .route("/login", page("login.html"))
@@ -65,12 +70,17 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/api/login", post(log_in))
         .route("/api/logout", post(log_out))
         .route("/api/events", get(folder_events))
+        .route("/api/stream", get(many_events))
         .route("/api/items", get(folder_items))
+        .route("/metrics", get(metrics_text))
         .route("/api/work", get(work))
         .route("/api/run", get(run_about))
         .route("/api/run/events", get(run_events))
         .route("/api/run/photo", get(photo))
+        .route("/api/run/photographs", get(photographs))
         .route("/api/run/stem", get(stem))
+        .route("/api/rename", post(rename))
+        .route("/api/delete", post(delete))
         .route("/api/run/prediction", get(prediction))
         .route("/api/run/stop", post(stop))
         .route("/api/run/safe-state", post(safe_state))
@@ -88,6 +98,12 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/api/draw/evolve", post(draw_evolve))
         .route("/api/draw/save", post(draw_save))
         .route("/api/queue/remove", post(queue_remove))
+        .route("/api/queue/cancel", post(queue_cancel))
+        .route("/api/queue/log", get(queue_log))
+        .route("/api/forms", get(forms))
+        .route("/api/begin/command", get(begin_command))
+        .route("/api/begin", post(begin_work))
+        .route("/api/file", get(made_file))
         .route("/api/compare", get(compared))
         .route("/api/compare/file", get(compared_file))
         .route("/api/tune", get(tune_begin))
@@ -196,15 +212,16 @@ async fn log_in(
     }
 }
 
-async fn log_out(State(studio): Shared, headers: HeaderMap) -> Json<Value> {
+async fn log_out(State(studio): Shared, headers: HeaderMap) -> Response {
     if let Some(cookie) = crate::gate::cookie(&headers, &studio.cookie) {
         studio.access.log_out(cookie);
     }
-    Json(json!({}))
+    // Browsers heed it under TLS and on loopback; photographs ask for their session in any case.
+    ([("clear-site-data", "\"cache\"")], Json(json!({}))).into_response()
 }
 
 /// Whether the session of a request still lasts.
-fn session_lasts(studio: &Arc<Studio>, headers: &HeaderMap) -> impl Fn() -> bool + Send + use<> {
+fn session_lasts(studio: &Arc<Studio>, headers: &HeaderMap) -> impl Fn() -> bool + Send + Sync + use<> {
     let studio = Arc::downgrade(studio);
     let cookie = |name: &str| crate::gate::cookie(headers, name).map(str::to_owned);
     let cookie = studio.upgrade().and_then(|studio| cookie(&studio.cookie));
@@ -221,8 +238,75 @@ fn overview(studio: &Arc<Studio>) -> stream::Latest<Overview> {
     studio.overviews.listen("", items::PAUSE, move |before| own.upgrade()?.overview(before.is_some()))
 }
 
+/// A stream for the session of a request.
+fn open_stream(studio: &Arc<Studio>, headers: &HeaderMap) -> (EventStream, Response) {
+    EventStream::open(headers, session_lasts(studio, headers))
+}
+
 async fn folder_events(State(studio): Shared, headers: HeaderMap) -> Response {
-    stream::stream(overview(&studio), last_id(&headers), session_lasts(&studio, &headers))
+    let (events, response) = open_stream(&studio, &headers);
+    events.follow(None, overview(&studio), last_id(&headers));
+    response
+}
+
+/// States that one stream may carry.
+const MOST_LISTENED: usize = 100;
+
+/// What all pages of a browser listen to.
+#[derive(Deserialize)]
+struct Listen {
+    /// JSON of several [`Listener`]s.
+    to: String,
+}
+
+/// What one page listens to.
+#[derive(Deserialize)]
+struct Listener {
+    /// Tells its messages from those of others.
+    key: String,
+    topic: Topic,
+    #[serde(default)]
+    at: String,
+    /// Id of the last message that it has.
+    last: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Topic {
+    Items,
+    Run,
+    Evolution,
+}
+
+/// The events of all pages of a browser in one stream: browsers open six connections to one address, whatever the number of
+/// pages.
+async fn many_events(
+    State(studio): Shared,
+    Query(Listen { to }): Query<Listen>,
+    headers: HeaderMap,
+) -> Result<Response, Refusal> {
+    let all: Vec<Listener> =
+        serde_json::from_str(&to).map_err(|error| Refusal::bad(format!("to: {error}")))?;
+    if all.is_empty() || all.len() > MOST_LISTENED {
+        return Err(Refusal::bad(format!("found {} listeners, wanted 1 to {MOST_LISTENED}", all.len())));
+    }
+    let (events, response) = open_stream(&studio, &headers);
+    for Listener { key, topic, at, last } in all {
+        let refused = match topic {
+            Topic::Items => {
+                events.follow(Some(key.clone()), overview(&studio), last);
+                continue;
+            }
+            Topic::Run => followed_run(&studio, &at).map(|run| events.follow(Some(key.clone()), run, last)),
+            Topic::Evolution => followed_evolution(&studio, &at)
+                .map(|evolution| events.follow(Some(key.clone()), evolution, last)),
+        };
+        if let Err(refusal) = refused {
+            events.refuse(&key, &refusal);
+        }
+    }
+    Ok(response)
 }
 
 /// The overview at once, for a page that has none yet.
@@ -234,6 +318,13 @@ async fn folder_items(State(studio): Shared) -> Answer {
         .ok_or_else(|| Refusal::missing("the folder cannot be read"))?;
     let data = state.since(None).pop().map(|message| message.data).unwrap_or_default();
     Ok(Json(serde_json::from_str(&data).unwrap_or_default()))
+}
+
+/// Numbers of all runs for Prometheus.
+async fn metrics_text(State(studio): Shared) -> Result<Response, Refusal> {
+    let state = stream::first(overview(&studio)).await;
+    let state = state.ok_or_else(|| Refusal::missing("the folder cannot be read"))?;
+    Ok(([(header::CONTENT_TYPE, metrics::KIND)], metrics::text(&state)).into_response())
 }
 
 /// The status of any work, as `tropism status --json` prints it.
@@ -290,7 +381,9 @@ async fn run_page(State(studio): Shared, Query(At { at }): Query<At>, headers: H
     let link = work_on(&studio, move |studio| {
         let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
         let photo = run::latest_photo(&folder).ok_or_else(|| Refusal::missing("no photograph yet"))?;
-        let query = format!("at={}&name={}", form_encoded(&at), form_encoded(&photo));
+        let digest = files::sha256(&files::read(&folder.join("photographs").join(&photo))?);
+        let v = &digest[..SHOWN_DIGITS];
+        let query = format!("at={}&name={}&v={v}", form_encoded(&at), form_encoded(&photo));
         HeaderValue::from_str(&format!("<api/run/photo?{query}>; rel=preload; as=image"))
             .map_err(|error| Refusal::bad(error.to_string()))
     });
@@ -298,23 +391,15 @@ async fn run_page(State(studio): Shared, Query(At { at }): Query<At>, headers: H
     (link, assets::page("run.html", &headers)).into_response()
 }
 
-/// A value of an address as browsers write it (`application/x-www-form-urlencoded`): else they would not know the photograph
-/// that they have for the one that the page asks for.
-fn form_encoded(text: &str) -> String {
-    let letter = |byte: u8| match byte {
-        b' ' => "+".to_owned(),
-        byte if byte.is_ascii_alphanumeric() || b"*-._".contains(&byte) => char::from(byte).to_string(),
-        byte => format!("%{byte:02X}"),
-    };
-    text.bytes().map(letter).collect()
-}
-
 async fn run_events(
     State(studio): Shared,
     Query(At { at }): Query<At>,
     headers: HeaderMap,
 ) -> Result<Response, Refusal> {
-    Ok(stream::stream(followed_run(&studio, &at)?, last_id(&headers), session_lasts(&studio, &headers)))
+    let run = followed_run(&studio, &at)?;
+    let (events, response) = open_stream(&studio, &headers);
+    events.follow(None, run, last_id(&headers));
+    Ok(response)
 }
 
 #[derive(Deserialize)]
@@ -322,15 +407,30 @@ struct PhotoAt {
     #[serde(default)]
     at: String,
     name: String,
+    /// Begin of its SHA-256: another photograph of this name has another address.
+    v: Option<String>,
     #[serde(default)]
     small: bool,
 }
 
 /// A photograph of a run or of a folder.
+///
+/// A browser keeps one whose digest is in the address: for good where nobody logs in, else until the session ends, because it
+/// asks each time.
 async fn photo(
     State(studio): Shared,
-    Query(PhotoAt { at, name, small }): Query<PhotoAt>,
+    Query(PhotoAt { at, name, v, small }): Query<PhotoAt>,
+    headers: HeaderMap,
 ) -> Result<Response, Refusal> {
+    let is_open = !studio.access.asks_for_token();
+    let tag = v.as_ref().map(|v| format!("\"{v}{}\"", if small { "-small" } else { "" }));
+    let keep = if is_open { "private, max-age=31536000, immutable" } else { "private, no-cache" };
+    if let Some(tag) = tag.as_ref().filter(|tag| {
+        headers.get(header::IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes())
+    }) {
+        let own = [(header::ETAG, tag.as_str()), (header::CACHE_CONTROL, keep)];
+        return Ok((StatusCode::NOT_MODIFIED, own).into_response());
+    }
     work_on(&studio, move |studio| {
         if !files::is_plain_name(&name) {
             return Err(Refusal::missing(format!("found no photograph {name:?}")));
@@ -346,6 +446,8 @@ async fn photo(
             _ => return Err(Refusal::missing(format!("{name}: wanted a JPEG or PNG file"))),
         };
         let photo = files::read_photo(&path, 0.0)?;
+        let tag =
+            tag.filter(|_| v.is_some_and(|v| !v.is_empty() && files::sha256(&photo.bytes).starts_with(&v)));
         let unreadable = |error: PhotoError| Refusal::bad(error.to_string());
         let (kind, bytes) = if small {
             let image = shrunk(&photo).map_err(unreadable)?;
@@ -353,9 +455,9 @@ async fn photo(
         } else {
             (kind, photo.bytes)
         };
-        // A photograph of a run never changes.
-        let keep = if is_run { "private, max-age=31536000, immutable" } else { "no-store" };
-        Ok(([(header::CONTENT_TYPE, kind), (header::CACHE_CONTROL, keep)], bytes).into_response())
+        let kept = tag.map(|tag| [(header::ETAG, tag), (header::CACHE_CONTROL, keep.to_owned())]);
+        // The gate says `no-store` of all else.
+        Ok((kept, [(header::CONTENT_TYPE, kind)], bytes).into_response())
     })
     .await
 }
@@ -370,6 +472,60 @@ fn shrunk(photo: &Photo) -> Result<Image, PhotoError> {
         }
         other => other.into_image(),
     })
+}
+
+/// All photographs of a run as a ZIP archive, written while it is sent.
+async fn photographs(State(studio): Shared, Query(At { at }): Query<At>) -> Result<Response, Refusal> {
+    work_on(&studio, move |studio| {
+        let folder = resolve_kind(&studio.root, &at, Kind::Run)?.join("photographs");
+        let entries = std::fs::read_dir(&folder).map_err(|_| Refusal::missing("no photograph yet"))?;
+        let mut paths: Vec<(String, u64)> = entries
+            .flatten()
+            .filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.metadata().ok()?.len())))
+            .filter(|(name, _)| name.ends_with(".jpg") && !name.starts_with('.'))
+            .collect();
+        paths.sort_unstable();
+        let bytes: u64 = paths.iter().map(|(_, bytes)| bytes).sum();
+        if paths.len() > zip::MOST_FILES || bytes > zip::MOST_BYTES {
+            return Err(Refusal::bad(
+                "These photographs are too many for one ZIP file; export the run instead.",
+            ));
+        }
+        let name = form_encoded(&name_of(&studio.root, &at).replace('/', "-"));
+        let within = name.clone();
+        let body = stream::written(move |send| {
+            let mut archive = zip::Archive::default();
+            for (photo, _) in paths {
+                // One that is gone meanwhile is left out.
+                let Ok(content) = files::read(&folder.join(&photo)) else { continue };
+                if !send(archive.file(&format!("{within}/{photo}"), &content)) {
+                    return;
+                }
+            }
+            send(archive.end());
+        });
+        let saved = format!("attachment; filename=\"{name}-photographs.zip\"");
+        Ok(([(header::CONTENT_DISPOSITION, saved)], [(header::CONTENT_TYPE, "application/zip")], body)
+            .into_response())
+    })
+    .await
+}
+
+/// Work, and a name: its new one, or its own once more.
+#[derive(Deserialize)]
+struct Named {
+    at: String,
+    name: String,
+}
+
+async fn rename(State(studio): Shared, body: Body) -> Answer {
+    let Named { at, name } = read(body).await?;
+    work_on(&studio, move |studio| Ok(Json(housekeeping::rename(studio, &at, &name)?))).await
+}
+
+async fn delete(State(studio): Shared, body: Body) -> Answer {
+    let Named { at, name } = read(body).await?;
+    work_on(&studio, move |studio| Ok(Json(housekeeping::delete(studio, &at, &name)?))).await
 }
 
 #[derive(Deserialize)]
@@ -435,13 +591,30 @@ async fn pause(State(studio): Shared, body: Body) -> Answer {
     end(&studio, at, Kind::Evolution).await
 }
 
+/// A monitor that waits no longer than until then.
+struct Until(Instant);
+
+impl Monitor for Until {
+    fn may_go_on(&self) -> bool {
+        Instant::now() < self.0
+    }
+}
+
 async fn end(studio: &Arc<Studio>, at: String, kind: Kind) -> Answer {
     // Not one of the turns: a stop waits for nobody.
     let studio = studio.clone();
     let done = tokio::task::spawn_blocking(move || {
         let folder = resolve_kind(&studio.root, &at, kind)?;
-        let ended = StopPlan { folder, wait_min: STOP_WAIT_MIN }.execute(&Silent)?;
-        Ok(Json(json!({ "was_running": ended.was_running, "seconds": ended.seconds })))
+        // The monitor gives up before the plan does, and says so by another error.
+        let plan = StopPlan { folder, wait_min: 1.0 };
+        match plan.execute(&Until(Instant::now() + STOP_WAIT)) {
+            Ok(ended) => Ok(Json(json!({ "was_running": ended.was_running, "has_ended": true }))),
+            // It was asked to.
+            Err(tropism_lab::Error::Cancelled(_)) => {
+                Ok(Json(json!({ "was_running": true, "has_ended": false })))
+            }
+            Err(error) => Err(error.into()),
+        }
     });
     done.await.map_err(|_| Refusal::bad("the studio made a mistake"))?
 }
@@ -463,30 +636,97 @@ async fn resume(State(studio): Shared, body: Body) -> Answer {
         if holder(&folder)?.is_some() {
             return Err(Refusal::bad("the run goes on already"));
         }
-        let words = run::resume_words(&folder, &at);
-        let log = studio.root.join(crate::OWN).join("resume.log");
-        let child = crate::jobs::spawn(&studio.program, &studio.root, &words, &log);
-        let mut child = child.map_err(|error| Refusal::bad(format!("tropism run: {error}")))?;
-        // Until it has the lock, or says why not.
-        for _ in 0..100 {
-            std::thread::sleep(Duration::from_millis(50));
-            if let Ok(Some(_)) = child.try_wait() {
-                let text = files::read_text(&log).unwrap_or_default();
-                let last =
-                    text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it ended at once");
-                return if holder(&folder)?.is_none() && !folder.join("track.csv").exists() {
-                    Err(Refusal::bad(crate::words::clean(last)))
-                } else {
-                    Ok(Json(json!({})))
-                };
-            }
-            if holder(&folder)?.is_some() {
-                break;
-            }
-        }
-        // Its end is waited for, so that the system forgets it.
-        std::thread::spawn(move || child.wait());
+        start_run(studio, &folder, &run::resume_words(&folder, &at))?;
         Ok(Json(json!({})))
+    })
+    .await
+}
+
+/// Starts the run in `folder` by the command `words`: a process of its own, which waits in no queue. Returns when it is at
+/// work.
+fn start_run(studio: &Studio, folder: &Path, words: &[String]) -> Result<(), Refusal> {
+    let log = studio.root.join(crate::OWN).join("resume.log");
+    let child = crate::jobs::spawn(&studio.program, &studio.root, words, &log);
+    let mut child = child.map_err(|error| Refusal::bad(format!("tropism run: {error}")))?;
+    // Until it has the lock, or says why not.
+    for _ in 0..100 {
+        std::thread::sleep(Duration::from_millis(50));
+        if let Ok(Some(_)) = child.try_wait() {
+            let text = files::read_text(&log).unwrap_or_default();
+            let last = text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it ended at once");
+            return if holder(folder)?.is_none() && !folder.join("track.csv").exists() {
+                Err(Refusal::bad(crate::words::clean(last)))
+            } else {
+                Ok(())
+            };
+        }
+        if folder.is_dir() && holder(folder)?.is_some() {
+            break;
+        }
+    }
+    // Its end is waited for, so that the system forgets it.
+    std::thread::spawn(move || child.wait());
+    Ok(())
+}
+
+async fn forms(State(studio): Shared) -> Answer {
+    work_on(&studio, |studio| Ok(Json(json!({ "forms": begin::forms(studio) })))).await
+}
+
+#[derive(Deserialize)]
+struct FilledIn {
+    /// JSON of a [`begin::Filled`].
+    form: String,
+}
+
+/// The command that a form stands for so far.
+async fn begin_command(State(studio): Shared, Query(FilledIn { form }): Query<FilledIn>) -> Answer {
+    let filled: begin::Filled =
+        serde_json::from_str(&form).map_err(|error| Refusal::bad(error.to_string()))?;
+    work_on(&studio, move |studio| Ok(Json(begin::preview(studio, &filled)?))).await
+}
+
+async fn begin_work(State(studio): Shared, body: Body) -> Answer {
+    let filled: begin::Filled = read(body).await?;
+    work_on(&studio, move |studio| {
+        let begin::Begun { words, at, is_run } = filled.command(studio)?;
+        let command = crate::jobs::line(&words);
+        if is_run {
+            start_run(studio, &studio.root.join(&at), &words)?;
+            return Ok(Json(json!({ "at": at, "command": command, "job": null })));
+        }
+        let job = studio.queue.add(&at, vec![words]).map_err(|error| Refusal::bad(error.to_string()))?;
+        Ok(Json(json!({ "at": at, "command": command, "job": job })))
+    })
+    .await
+}
+
+/// A file that work has made, to save.
+async fn made_file(State(studio): Shared, Query(At { at }): Query<At>) -> Result<Response, Refusal> {
+    work_on(&studio, move |studio| {
+        let path = resolve(&studio.root, &at)?;
+        let kind = match at.rsplit_once('.').map(|(_, ending)| ending) {
+            Some("gif") => "image/gif",
+            Some("mp4") => "video/mp4",
+            Some("csv") => "text/csv; charset=utf-8",
+            Some("tar") => "application/x-tar",
+            Some("json") => "application/json",
+            // No TOML: rig files hold passwords.
+            Some("html") => "text/html; charset=utf-8",
+            Some("jpg") => "image/jpeg",
+            _ => return Err(Refusal::missing(format!("{at}: found no file that is given out"))),
+        };
+        let name = at.rsplit_once('/').map_or(&*at, |(_, name)| name);
+        // Saved, not shown: a page of the folder would act in the name of this one.
+        let saved = format!("attachment; filename=\"{}\"", form_encoded(name));
+        let policy = [(header::CONTENT_SECURITY_POLICY, "default-src 'none'; sandbox")];
+        Ok((
+            policy,
+            [(header::CONTENT_DISPOSITION, saved)],
+            [(header::CONTENT_TYPE, kind)],
+            files::read(&path)?,
+        )
+            .into_response())
     })
     .await
 }
@@ -521,7 +761,10 @@ async fn evolution_events(
     Query(At { at }): Query<At>,
     headers: HeaderMap,
 ) -> Result<Response, Refusal> {
-    Ok(stream::stream(followed_evolution(&studio, &at)?, last_id(&headers), session_lasts(&studio, &headers)))
+    let evolution = followed_evolution(&studio, &at)?;
+    let (events, response) = open_stream(&studio, &headers);
+    events.follow(None, evolution, last_id(&headers));
+    Ok(response)
 }
 
 #[derive(Deserialize)]
@@ -637,6 +880,26 @@ async fn queue_remove(State(studio): Shared, body: Body) -> Answer {
     .await
 }
 
+async fn queue_cancel(State(studio): Shared, body: Body) -> Answer {
+    let JobNumber { number } = read(body).await?;
+    work_on(&studio, move |studio| {
+        if studio.queue.cancel(number)? {
+            Ok(Json(json!({})))
+        } else {
+            Err(Refusal::missing("found no such job that runs"))
+        }
+    })
+    .await
+}
+
+async fn queue_log(State(studio): Shared, Query(JobNumber { number }): Query<JobNumber>) -> Answer {
+    work_on(&studio, move |studio| {
+        let said = studio.queue.said(number).ok_or_else(|| Refusal::missing("found no such job"))?;
+        Ok(Json(json!({ "log": said })))
+    })
+    .await
+}
+
 #[derive(Deserialize)]
 struct ManyAt {
     /// Places below the folder, each in a line of its own.
@@ -684,14 +947,4 @@ async fn tune_look(State(studio): Shared, Query(LookAt { plan }): Query<LookAt>)
 async fn tune_write(State(studio): Shared, body: Body) -> Answer {
     let request: tune::TuneRequest = read(body).await?;
     work_hard_on(&studio, move |studio| Ok(Json(tune::write(studio, &request)?))).await
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_are_encoded_as_browsers_do() {
-        assert_eq!(form_encoded("a b/ä&=~*-._9"), "a+b%2F%C3%A4%26%3D%7E*-._9");
-    }
 }

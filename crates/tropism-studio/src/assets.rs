@@ -13,12 +13,12 @@ use flate2::write::GzEncoder;
 struct Asset {
     name: &'static str,
     kind: &'static str,
-    text: &'static str,
+    bytes: &'static [u8],
 }
 
 macro_rules! assets {
     ($($name:literal: $kind:expr),* $(,)?) => {
-        &[$(Asset { name: $name, kind: $kind, text: include_str!(concat!("../assets/", $name)) }),*]
+        &[$(Asset { name: $name, kind: $kind, bytes: include_bytes!(concat!("../assets/", $name)) }),*]
     };
 }
 
@@ -33,11 +33,16 @@ const ASSETS: &[Asset] = assets! {
     "draw.html": HTML,
     "tune.html": HTML,
     "compare.html": HTML,
+    "begin.html": HTML,
     "login.html": HTML,
     "style.css": "text/css; charset=utf-8",
     "icon.svg": "image/svg+xml",
+    "icon-180.png": "image/png",
+    "icon-512.png": "image/png",
+    "manifest.json": "application/manifest+json",
     "early.js": SCRIPT,
     "dom.js": SCRIPT,
+    "hub.js": SCRIPT,
     "studio.js": SCRIPT,
     "figure.js": SCRIPT,
     "obstacle.js": SCRIPT,
@@ -52,6 +57,8 @@ const ASSETS: &[Asset] = assets! {
     "trial.js": SCRIPT,
     "tune.js": SCRIPT,
     "compare.js": SCRIPT,
+    "begin.js": SCRIPT,
+    "keep.js": SCRIPT,
     "login.js": SCRIPT,
 };
 
@@ -68,9 +75,9 @@ impl Ready {
     fn of(asset: &'static Asset) -> Self {
         let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
         // A vector takes every byte.
-        let _ = encoder.write_all(asset.text.as_bytes());
+        let _ = encoder.write_all(asset.bytes);
         let gzip = encoder.finish().unwrap_or_default();
-        let tag = format!("\"{}\"", &tropism_lab::files::sha256(asset.text.as_bytes())[..16]);
+        let tag = format!("\"{}\"", &tropism_lab::files::sha256(asset.bytes)[..16]);
         Self { asset, gzip, tag }
     }
 
@@ -90,7 +97,7 @@ impl Ready {
         if asks(header::ACCEPT_ENCODING, "gzip") {
             return (own, kind, [(header::CONTENT_ENCODING, "gzip")], self.gzip.clone()).into_response();
         }
-        (own, kind, self.asset.text).into_response()
+        (own, kind, self.asset.bytes).into_response()
     }
 }
 
@@ -100,7 +107,24 @@ pub(crate) fn prepare() {
 }
 
 fn find(name: &str) -> Option<&'static Ready> {
-    READY.iter().find(|ready| ready.asset.name == name)
+    let ready = READY.iter().find(|ready| ready.asset.name == name)?;
+    #[cfg(debug_assertions)]
+    if let Some(folder) = std::env::var_os(ASSETS_FOLDER) {
+        return read_anew(ready.asset, std::path::Path::new(&folder)).or(Some(ready));
+    }
+    Some(ready)
+}
+
+/// While one works on the pages: where a debug build reads them, instead of those that it holds.
+#[cfg(debug_assertions)]
+const ASSETS_FOLDER: &str = "TROPISM_STUDIO_ASSETS";
+
+/// The asset as it is in `folder` now. It leaks, as little as one who works on a page asks for.
+#[cfg(debug_assertions)]
+fn read_anew(asset: &Asset, folder: &std::path::Path) -> Option<&'static Ready> {
+    let bytes = Box::leak(std::fs::read(folder.join(asset.name)).ok()?.into_boxed_slice());
+    let asset = Box::leak(Box::new(Asset { bytes, ..*asset }));
+    Some(Box::leak(Box::new(Ready::of(asset))))
 }
 
 /// `GET assets/NAME`.
@@ -125,15 +149,19 @@ mod tests {
         assert!(READY.iter().all(|ready| !ready.gzip.is_empty()));
     }
 
+    fn text(asset: &Asset) -> &'static str {
+        std::str::from_utf8(asset.bytes).unwrap_or_default()
+    }
+
     #[test]
     fn pages_hold_no_scripts_and_no_styles_of_their_own() {
         for Ready { asset, .. } in READY.iter().filter(|ready| ready.asset.kind == HTML) {
-            for tag in asset.text.split('<').filter(|tag| tag.starts_with("script")) {
+            for tag in text(asset).split('<').filter(|tag| tag.starts_with("script")) {
                 let is_loaded = tag.contains(" src=\"assets/") && tag.trim_end().ends_with('>');
                 assert!(is_loaded || tag.starts_with("/script"), "{}: <{tag}", asset.name);
             }
             for refused in [" style=\"", "<style", " onclick=", "javascript:", "http://", "https://"] {
-                assert!(!asset.text.contains(refused), "{}: {refused}", asset.name);
+                assert!(!text(asset).contains(refused), "{}: {refused}", asset.name);
             }
         }
     }
@@ -141,8 +169,7 @@ mod tests {
     #[test]
     fn scripts_load_only_what_is_there() {
         for Ready { asset, .. } in READY.iter() {
-            let named = asset
-                .text
+            let named = text(asset)
                 .split(['"', '\''])
                 .filter_map(|word| word.strip_prefix("assets/").or_else(|| word.strip_prefix("./")));
             for name in named.filter(|name| name.contains('.') && !name.contains(' ')) {

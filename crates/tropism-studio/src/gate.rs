@@ -5,20 +5,31 @@ use std::sync::Arc;
 
 use axum::extract::{Request, State};
 use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
-use axum::http::{Method, StatusCode};
+use axum::http::{Method, StatusCode, Uri};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
 
 use crate::Studio;
 use crate::access::{Right, Session};
 use crate::error::Refusal;
+use crate::wire::Peer;
 
 /// The header that carries the session's word with each change.
 pub(crate) const CSRF: HeaderName = HeaderName::from_static("x-tropism-csrf");
 
 /// Nothing is loaded but what this program serves; no script stands in a page.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; \
-     connect-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'";
+     connect-src 'self'; manifest-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'";
+
+/// What a program reads that has no session, but a token.
+const METRICS: &str = "/metrics";
+
+/// The token that a program sends with a request for numbers, and its address.
+fn bearer(request: &Request) -> Option<(String, IpAddr)> {
+    let Peer(from) = *request.extensions().get::<Peer>()?;
+    let value = request.headers().get(header::AUTHORIZATION).filter(|_| request.uri().path() == METRICS)?;
+    Some((value.to_str().ok()?.strip_prefix("Bearer ")?.to_owned(), from))
+}
 
 /// What may be asked for without a session.
 fn is_for_everybody(path: &str) -> bool {
@@ -27,7 +38,15 @@ fn is_for_everybody(path: &str) -> bool {
 
 /// Lets a request pass, or refuses it.
 pub(crate) async fn gate(State(studio): State<Arc<Studio>>, mut request: Request, next: Next) -> Response {
-    let is_page = request.method() == Method::GET && !request.uri().path().starts_with("/api/");
+    let path = request.uri().path();
+    let is_page = request.method() == Method::GET && !path.starts_with("/api/") && path != METRICS;
+    if let Some((token, from)) = bearer(&request) {
+        let own = studio.clone();
+        let looks = tokio::task::spawn_blocking(move || own.access.looks(&token, from)).await;
+        if let Ok(Some(session)) = looks {
+            request.extensions_mut().insert(session);
+        }
+    }
     let mut response = match check(&studio, &request) {
         Ok(session) => {
             if let Some(session) = session {
@@ -35,8 +54,7 @@ pub(crate) async fn gate(State(studio): State<Arc<Studio>>, mut request: Request
             }
             next.run(request).await
         }
-        // Relative, so that it also holds behind a proxy with a path of its own.
-        Err(Refusal(StatusCode::UNAUTHORIZED, _)) if is_page => Redirect::to("login").into_response(),
+        Err(Refusal(StatusCode::UNAUTHORIZED, _)) if is_page => to_log_in(request.uri()).into_response(),
         Err(refusal) => refusal.into_response(),
     };
     let headers = response.headers_mut();
@@ -52,6 +70,27 @@ pub(crate) async fn gate(State(studio): State<Arc<Studio>>, mut request: Request
     response
 }
 
+/// To the page where one logs in, which leads back to `asked`. Relative, so that it also holds behind a proxy with a path of
+/// its own.
+fn to_log_in(asked: &Uri) -> Redirect {
+    let own = asked.path_and_query().map_or("", |own| own.as_str()).trim_start_matches('/');
+    if own.is_empty() {
+        return Redirect::to("login");
+    }
+    Redirect::to(&format!("login?to={}", form_encoded(own)))
+}
+
+/// A value of an address as browsers write it (`application/x-www-form-urlencoded`): else they would not know the photograph
+/// that they have for the one that the page asks for.
+pub(crate) fn form_encoded(text: &str) -> String {
+    let letter = |byte: u8| match byte {
+        b' ' => "+".to_owned(),
+        byte if byte.is_ascii_alphanumeric() || b"*-._".contains(&byte) => char::from(byte).to_string(),
+        byte => format!("%{byte:02X}"),
+    };
+    text.bytes().map(letter).collect()
+}
+
 fn check(studio: &Studio, request: &Request) -> Result<Option<Session>, Refusal> {
     let headers = request.headers();
     let host = host_of(request).ok_or_else(|| Refusal::bad("found no Host, wanted one"))?;
@@ -65,6 +104,7 @@ fn check(studio: &Studio, request: &Request) -> Result<Option<Session>, Refusal>
     }
     let path = request.uri().path();
     let session = studio.access.session(cookie(headers, &studio.cookie));
+    let session = session.or_else(|| request.extensions().get::<Session>().cloned());
     let is_change = !matches!(*request.method(), Method::GET | Method::HEAD);
     if is_change {
         check_same_site(headers, &host)?;
@@ -210,6 +250,11 @@ mod tests {
         ] {
             assert!(!is_allowed(host, &named), "{host}");
         }
+    }
+
+    #[test]
+    fn values_are_encoded_as_browsers_do() {
+        assert_eq!(form_encoded("a b/ä&=~*-._9"), "a+b%2F%C3%A4%26%3D%7E*-._9");
     }
 
     #[test]

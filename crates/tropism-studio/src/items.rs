@@ -14,7 +14,7 @@ use tropism_lab::{ControllerSpec, RunConfig, Silent, Workflow, files, holder};
 
 use crate::found::{Finder, Found, Kind, search_of};
 use crate::stream::{Listened, Message};
-use crate::tail::Tail;
+use crate::tail::{SHOWN_DIGITS, Tail};
 use crate::{unix_of, words};
 
 /// How often the folder is looked at.
@@ -46,10 +46,23 @@ pub(crate) struct Item {
     step: Option<u32>,
     photo: Option<f64>,
     photo_name: Option<String>,
+    /// Begin of the digest of the photograph of a run that goes on.
+    photo_v: Option<String>,
     next: Option<f64>,
     lamp: Option<String>,
+    /// Tip of a run, in cm.
+    tip: Option<(f64, f64)>,
     done: Option<u64>,
     total: Option<u64>,
+}
+
+/// A number of one run.
+pub(crate) struct Sample {
+    /// Name after `tropism_run_`, for programs.
+    pub(crate) name: &'static str,
+    /// A further label and its value.
+    pub(crate) label: Option<(&'static str, String)>,
+    pub(crate) value: f64,
 }
 
 /// The overview at a time.
@@ -92,6 +105,12 @@ struct Followed {
 }
 
 impl Followed {
+    /// Begin of the digest of the latest photograph.
+    fn photo_v(&self) -> Option<String> {
+        let latest = self.tail.steps.iter().rev().find(|step| step.photo_bytes > 0)?;
+        latest.photo_sha256.get(..SHOWN_DIGITS).map(str::to_owned)
+    }
+
     /// The status of the run in `folder`, on which `process` works.
     fn status(&mut self, folder: &Path, process: u32) -> Option<StatusResults> {
         self.tail.read(folder)?;
@@ -201,6 +220,14 @@ impl Reader {
     }
 }
 
+impl Overview {
+    /// The place of each run, and its numbers.
+    pub(crate) fn runs(&self) -> impl Iterator<Item = (&str, Vec<Sample>)> {
+        let runs = self.items.iter().filter(|(_, (_, item))| item.kind == Some(Kind::Run));
+        runs.map(|(at, (_, item))| (at.as_str(), item.samples()))
+    }
+}
+
 impl Listened for Overview {
     fn since(&self, id: Option<&str>) -> Vec<Message> {
         let known = id.and_then(|id| id.split_once('.'));
@@ -258,13 +285,35 @@ impl Item {
         let live = followed.as_mut().zip(stamp.holder);
         let live = live.and_then(|(followed, process)| followed.status(&found.path, process));
         let status = live.map_or_else(|| (StatusPlan { folder: found.path.clone() }).execute(&Silent), Ok);
+        let latest = followed.as_ref().and_then(Followed::photo_v);
         match status {
-            Ok(status) => base.with(&found.path, status),
+            Ok(status) => Self { photo_v: latest, ..base.with(&found.path, status) },
             Err(error) => {
                 let text = words::clean(&error.to_string());
                 Self { state: "broken", text: "cannot be read".to_owned(), health: text, ..base }
             }
         }
+    }
+
+    /// The numbers of a run.
+    fn samples(&self) -> Vec<Sample> {
+        let is_up = matches!(self.state, "live" | "overdue");
+        let one = |name, value: Option<f64>| value.map(|value| Sample { name, label: None, value });
+        let known = [
+            one("up", Some(f64::from(u8::from(is_up)))),
+            one("healthy", Some(f64::from(u8::from(self.health == "good")))),
+            one("step", self.step.map(f64::from)),
+            one("tip_x_cm", self.tip.map(|(x, _)| x)),
+            one("tip_height_cm", self.tip.map(|(_, y)| y)),
+            one("photograph_timestamp_seconds", self.photo),
+            one("next_photograph_timestamp_seconds", self.next.filter(|_| is_up)),
+        ];
+        let lamps = ["left", "right"].map(|lamp| {
+            let is_lit = is_up && self.lamp.as_deref() == Some(lamp);
+            let label = Some(("lamp", lamp.to_owned()));
+            Some(Sample { name: "lamp_lit", label, value: f64::from(u8::from(is_lit)) })
+        });
+        known.into_iter().chain(lamps).flatten().collect()
     }
 
     fn with(self, path: &Path, status: StatusResults) -> Self {
@@ -385,6 +434,7 @@ impl Item {
             // To the second: it is reckoned from ages that are read one after the other.
             next: photo.zip(period).map(|(photo, period)| (photo + period).round()),
             lamp: run.lamp.map(|lamp| lamp.to_string()),
+            tip: run.tip_x_cm.zip(run.tip_y_cm),
             done: run.step.map(u64::from),
             total: Some(u64::from(run.max_steps)),
             ..self

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tropism_lab::files::{self, shell_word};
 use tropism_lab::status::{StatusPlan, StatusResults};
+use tropism_lab::stop::StopPlan;
 use tropism_lab::{Silent, Workflow, holder};
 
 use crate::error::StudioError;
@@ -31,6 +32,9 @@ const BEGINS: Duration = Duration::from_secs(10);
 
 /// How long a process that is asked to end may take: a step of a run, or a generation.
 const ENDS: Duration = Duration::from_secs(10);
+
+/// What is shown of the log of a job, in bytes.
+const MOST_SAID: usize = 20_000;
 
 /// What became of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -103,6 +107,8 @@ struct Inner {
     child: Option<Child>,
     /// When the running job was started or taken over.
     begun: Instant,
+    /// The running job that was asked to end.
+    cancelled: Option<u64>,
     /// Whether no further job begins.
     is_closed: bool,
 }
@@ -119,7 +125,13 @@ impl Queue {
         } else {
             Saved { schema: SCHEMA.to_owned(), next: 1, jobs: Vec::new() }
         };
-        let inner = Mutex::new(Inner { saved, child: None, begun: Instant::now(), is_closed: false });
+        let inner = Mutex::new(Inner {
+            saved,
+            child: None,
+            begun: Instant::now(),
+            cancelled: None,
+            is_closed: false,
+        });
         Ok(Self { root: root.to_owned(), program: program.to_owned(), inner })
     }
 
@@ -183,6 +195,35 @@ impl Queue {
         Ok(is_removed)
     }
 
+    /// Asks the running job `number` to end in order; whether it ran.
+    ///
+    /// # Errors
+    /// [`tropism_lab::Error`] if its process cannot be reached.
+    pub(crate) fn cancel(&self, number: u64) -> Result<bool, tropism_lab::Error> {
+        let mut inner = self.inner();
+        let job = inner.saved.jobs.iter().find(|job| job.number == number && job.state == JobState::Running);
+        let Some(at) = job.map(|job| job.at.clone()) else { return Ok(false) };
+        inner.cancelled = Some(number);
+        if let Some(child) = &mut inner.child {
+            ask_to_end(child);
+            return Ok(true);
+        }
+        drop(inner);
+        // Of a studio before this one: the lock of its folder names the process.
+        StopPlan { folder: self.root.join(at), wait_min: 0.1 }.execute(&Silent)?;
+        Ok(true)
+    }
+
+    /// The last part of what a job has said, at most [`MOST_SAID`] bytes.
+    pub(crate) fn said(&self, number: u64) -> Option<String> {
+        let is_known = self.inner().saved.jobs.iter().any(|job| job.number == number);
+        let bytes = is_known.then(|| files::read(&self.log(number)).unwrap_or_default())?;
+        let last = bytes.len().saturating_sub(MOST_SAID);
+        let lines =
+            String::from_utf8_lossy(&bytes[last..]).lines().map(crate::words::clean).collect::<Vec<_>>();
+        Some(lines.join("\n"))
+    }
+
     #[cfg(test)]
     fn job(&self, number: u64) -> Option<Job> {
         self.inner().saved.jobs.iter().find(|job| job.number == number).cloned()
@@ -233,6 +274,9 @@ impl Queue {
             }
             Some(Some(0)) => self.end(&mut inner, index, JobState::Done, String::new()),
             Some(Some(130)) => self.end(&mut inner, index, JobState::Stopped, String::new()),
+            Some(_) if inner.cancelled == Some(job.number) => {
+                self.end(&mut inner, index, JobState::Stopped, String::new());
+            }
             Some(_) => {
                 let problem = self.last_words(&job);
                 self.end(&mut inner, index, JobState::Failed, problem);
@@ -244,11 +288,22 @@ impl Queue {
             None if self.is_done(&job.at) => {
                 self.end(&mut inner, index, JobState::Done, String::new());
             }
+            None if inner.cancelled == Some(job.number) => {
+                self.end(&mut inner, index, JobState::Stopped, String::new());
+            }
+            None if !goes_on(&job) => {
+                let problem =
+                    "the studio ended meanwhile, and its end is not known; look at what it has written";
+                self.end(&mut inner, index, JobState::Stopped, problem.to_owned());
+            }
             // The computer went down, or the process was killed: it goes on.
             None => {
                 let job = &mut inner.saved.jobs[index];
                 let path = self.root.join(&job.at);
-                let has_begun = path.join("evolution.toml").exists() || search_of(&path).is_file();
+                let has_begun = ["evolution.toml", "study.toml", "sweep.toml"]
+                    .iter()
+                    .any(|name| path.join(name).exists())
+                    || search_of(&path).is_file();
                 let words = &mut job.commands[job.now];
                 let resume = "--resume".to_owned();
                 if has_begun && !words.contains(&resume) {
@@ -320,6 +375,13 @@ impl Queue {
             text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it ended without a word");
         crate::words::clean(last)
     }
+}
+
+/// Whether the command of a job continues where it was, or may be done anew.
+fn goes_on(job: &Job) -> bool {
+    let command = job.commands[job.now].first();
+    command
+        .is_some_and(|command| matches!(&**command, "evolve" | "tune" | "grow" | "fit" | "study" | "sweep"))
 }
 
 /// Whether a command that makes what later ones need has been done: what it writes is there.

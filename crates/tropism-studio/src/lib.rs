@@ -9,20 +9,24 @@
 
 mod error;
 mod access;
-mod gate;
 #[cfg(feature = "tls")]
 mod tls;
 mod wire;
+mod gate;
 mod stream;
 mod assets;
 mod found;
 mod words;
 mod tail;
 mod items;
+mod metrics;
 mod jobs;
 mod run;
 mod evolution;
 mod draw;
+mod begin;
+mod housekeeping;
+mod zip;
 mod compare;
 mod tune;
 mod demo;

@@ -22,7 +22,7 @@ use tropism_page::thinned;
 use crate::error::Refusal;
 use crate::items::state_word;
 use crate::stream::{Listened, Message};
-use crate::tail::{self, Tail};
+use crate::tail::{self, SHOWN_DIGITS, Tail};
 use crate::{unix_of, words};
 
 /// How often a run is looked at.
@@ -36,6 +36,30 @@ const PREDICTED: u32 = 200;
 
 /// Steps that they go on at most: three days and a half.
 const LOOKS_AHEAD: u32 = 1000;
+
+/// What tells a run from another that lies or lay in the same folder: its settings are written once.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct Identity {
+    written: SystemTime,
+    inode: u64,
+}
+
+impl Identity {
+    /// That of the run in `folder`; `None` if there is none.
+    pub(crate) fn of(folder: &Path) -> Option<Self> {
+        let data = folder.join("run.toml").metadata().ok()?;
+        #[cfg(unix)]
+        let inode = std::os::unix::fs::MetadataExt::ino(&data);
+        #[cfg(not(unix))]
+        let inode = 0;
+        Some(Self { written: data.modified().ok()?, inode })
+    }
+
+    /// It in one word.
+    fn word(self) -> String {
+        format!("{:x}-{:x}", (1e6 * unix_of(self.written)) as u64, self.inode)
+    }
+}
 
 /// A run at a time.
 pub(crate) struct RunView {
@@ -87,7 +111,8 @@ fn joined(texts: &[Arc<str>]) -> String {
 /// Reads a run again and again.
 pub(crate) struct RunReader {
     folder: PathBuf,
-    /// It does not change.
+    /// Those of one run do not change.
+    identity: Option<Identity>,
     config: Option<RunConfig>,
     tail: Tail,
     stamp: Option<Stamp>,
@@ -100,6 +125,7 @@ pub(crate) struct RunReader {
 struct Stamp {
     files: [Option<(u64, SystemTime)>; 4],
     holder: Option<u32>,
+    identity: Option<Identity>,
 }
 
 impl Stamp {
@@ -108,14 +134,14 @@ impl Stamp {
             let data = folder.join(name).metadata().ok()?;
             Some((data.len(), data.modified().ok()?))
         });
-        Self { files, holder: holder(folder).unwrap_or_default() }
+        Self { files, holder: holder(folder).unwrap_or_default(), identity: Identity::of(folder) }
     }
 }
 
 impl RunReader {
     pub(crate) fn new(folder: PathBuf) -> Self {
-        let (config, tail) = (None, Tail::default());
-        Self { folder, config, tail, stamp: None, read: Instant::now(), cost: Duration::ZERO }
+        let (identity, config, tail) = (Identity::of(&folder), None, Tail::default());
+        Self { folder, identity, config, tail, stamp: None, read: Instant::now(), cost: Duration::ZERO }
     }
 
     /// The run after `before`; `None` if nothing changed, or nothing can be read just now.
@@ -130,7 +156,16 @@ impl RunReader {
             return None;
         }
         let began = Instant::now();
-        let view = self.view(before)?;
+        let view = match stamp.identity {
+            Some(identity) => {
+                if self.identity != Some(identity) {
+                    // Another run in the same folder.
+                    (self.identity, self.config, self.tail) = (Some(identity), None, Tail::default());
+                }
+                self.view(before)?
+            }
+            None => gone(before)?,
+        };
         self.stamp = Some(stamp);
         self.read = Instant::now();
         self.cost = began.elapsed();
@@ -169,9 +204,25 @@ impl RunReader {
             rows,
             settled,
             events: printed,
-            status: status_json(folder, config, steps, &status).to_string(),
+            status: {
+                let mut sent = status_json(folder, config, steps, &status);
+                sent["identity"] = self.identity.map(Identity::word).into();
+                sent.to_string()
+            },
         })
     }
+}
+
+/// A run whose folder was deleted or renamed while pages looked at it, after `before`.
+fn gone(before: Option<&Arc<RunView>>) -> Option<RunView> {
+    let before = before?;
+    Some(RunView {
+        version: before.version + 1,
+        rows: before.rows.clone(),
+        settled: before.settled,
+        events: before.events.clone(),
+        status: json!({ "state": "gone" }).to_string(),
+    })
 }
 
 fn rounded(value: f64, digits: i32) -> f64 {
@@ -180,7 +231,7 @@ fn rounded(value: f64, digits: i32) -> f64 {
 }
 
 /// Step, hours, tip in cm, length of the stem, lamp, whether it confirmed, whether the tip was carried forward, what the photograph
-/// shows, confidence, time, photograph, and the tip in the photograph.
+/// shows, confidence, time, photograph, the tip in the photograph, and the begin of the photograph's digest.
 fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value {
     let seen = step.seen.observation.as_ref();
     let number = |value: Option<f64>, digits| value.map(|value| rounded(value, digits));
@@ -200,6 +251,7 @@ fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value {
         if step.photo_bytes > 0 { step.photo.as_str() } else { "" },
         number(pixel.map(|pixel| pixel.x), 1),
         number(pixel.map(|pixel| pixel.y), 1),
+        step.photo_sha256.get(..SHOWN_DIGITS).unwrap_or_default(),
     ])
 }
 

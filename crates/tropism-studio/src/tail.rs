@@ -5,6 +5,9 @@ use std::path::Path;
 use tropism::rig::Event;
 use tropism_lab::{Journal, JournalError, StepRecord, read_journal};
 
+/// Hexadecimal digits of a photograph's SHA-256 in its address: enough to tell two photographs of one name apart.
+pub(crate) const SHOWN_DIGITS: usize = 12;
+
 /// Steps and events of a run so far.
 #[derive(Default)]
 pub(crate) struct Tail {

@@ -103,7 +103,7 @@ fn with_work(_: &mut StudioPlan, folder: &Path) {
 }
 
 /// Every route that reads.
-const READS: [&str; 28] = [
+const READS: [&str; 36] = [
     "/",
     "/run",
     "/evolution",
@@ -132,10 +132,22 @@ const READS: [&str; 28] = [
     "/api/tune?at=bean",
     "/nothing",
     "/api/reach",
+    "/begin",
+    "/metrics",
+    "/api/run/photographs?at=bean",
+    "/api/forms",
+    "/api/begin/command?form={%22form%22:%22run%22,%22values%22:{%22controller%22:%22chase%22,%22rig%22:%22greenhouse%22,%22out%22:%22a%22}}",
+    "/api/queue/log?number=1",
+    "/api/file?at=model.json",
+    "/api/stream?to=[{%22key%22:%22a%22,%22topic%22:%22items%22}]",
 ];
 
+fn is_stream(path: &str) -> bool {
+    path.contains("events") || path.contains("stream")
+}
+
 /// Every route that changes.
-const CHANGES: [&str; 11] = [
+const CHANGES: [&str; 15] = [
     "/api/evolution/extend",
     "/api/run/stop",
     "/api/run/safe-state",
@@ -145,6 +157,10 @@ const CHANGES: [&str; 11] = [
     "/api/draw/evolve",
     "/api/draw/save",
     "/api/queue/remove",
+    "/api/queue/cancel",
+    "/api/begin",
+    "/api/rename",
+    "/api/delete",
     "/api/tune/write",
     "/api/logout",
 ];
@@ -200,7 +216,7 @@ fn a_post_of_another_site_is_refused_on_every_route() {
 #[test]
 fn a_get_of_another_site_starts_no_work() {
     let studio = served(|_, _| {});
-    for path in READS.iter().filter(|path| path.starts_with("/api/") && !path.contains("events")) {
+    for path in READS.iter().filter(|path| path.starts_with("/api/") && !is_stream(path)) {
         for site in ["cross-site", "same-site"] {
             let head = format!("GET {path} HTTP/1.1\nHost: {}\nSec-Fetch-Site: {site}", studio.address);
             assert_eq!(studio.ask(&head, "").0, 403, "{path} from {site}");
@@ -306,7 +322,7 @@ fn scripts_in_names_are_text() {
         head.contains("content-type: application/json") && head.contains("x-content-type-options: nosniff"),
         "{head}"
     );
-    for path in READS.iter().filter(|path| !path.contains("events")) {
+    for path in READS.iter().filter(|path| !is_stream(path)) {
         let (_, head, _) = studio.get(path);
         for wanted in [
             "x-content-type-options: nosniff",
@@ -390,7 +406,7 @@ fn nothing_is_shown_without_a_token() {
         assert_eq!(studio.post(path, "", "{}").0, 401, "{path}");
     }
     let (status, head, _) = studio.get("/run");
-    assert!(status == 303 && head.contains("location: login"), "{head}");
+    assert!(status == 303 && head.contains("location: login?to=run"), "{head}");
     let (_, _, body) = studio.get("/api/session");
     assert!(body.contains("\"session\":null"), "{body}");
     for cookie in ["x", "", "../..", "aaaaaaaaaaaaaaaaaaaaaaaaaa"] {
@@ -435,6 +451,58 @@ fn tokens_open_what_they_may_and_guessing_is_slow() {
 }
 
 #[test]
+fn work_is_renamed_and_put_away() {
+    let studio = served(with_work);
+    let own = format!("X-Tropism-Csrf: {}", studio.csrf(""));
+    let ask = |path: &str, at: &str, name: &str| {
+        studio.post(path, &own, &format!("{{\"at\":\"{at}\",\"name\":\"{name}\"}}"))
+    };
+    for (at, name) in [("", "a"), ("../x", "a"), ("bean", "evolution"), ("bean", "../a"), ("tracks", "a")] {
+        assert!((400..500).contains(&ask("/api/rename", at, name).0), "{at} to {name}");
+    }
+    assert_eq!(ask("/api/rename", "bean", "sprout").0, 200);
+    assert!(studio.folder.path().join("sprout/run.toml").exists());
+    assert_eq!(ask("/api/delete", "sprout", "bean").0, 400, "the name is asked for again");
+    assert!(studio.folder.path().join("sprout/run.toml").exists());
+    // All its photographs first, as an archive that begins and ends as one.
+    let (status, head, body) = studio.get("/api/run/photographs?at=sprout");
+    assert!(status == 200 && head.contains("sprout-photographs.zip"), "{head}");
+    assert!(body.contains("PK\u{3}\u{4}") && body.contains("sprout/000003.jpg"), "{}", body.len());
+    let (status, _, body) = ask("/api/delete", "sprout", "sprout");
+    assert!(status == 200 && body.contains(".tropism-studio/deleted/sprout-"), "{body}");
+    let kept = body.split('"').find(|part| part.starts_with(".tropism-studio/")).unwrap();
+    assert!(studio.folder.path().join(kept).join("run.toml").exists());
+    assert!(!studio.get("/api/items").2.contains("sprout"));
+}
+
+#[test]
+fn a_program_reads_numbers_with_its_token() {
+    let studio = served(|plan, folder| {
+        with_work(plan, folder);
+        plan.ask_token = true;
+    });
+    let tokens = studio.welcome.tokens.clone().unwrap();
+    let ask = |token: &str, path: &str| {
+        let head = format!("GET {path} HTTP/1.1\nHost: {}\nAuthorization: Bearer {token}", studio.address);
+        studio.ask(&head, "")
+    };
+    assert_eq!(studio.get("/metrics").0, 401);
+    assert_eq!(ask("guess", "/metrics").0, 401);
+    let (status, head, body) = ask(&tokens.look, "/metrics");
+    assert!(status == 200 && head.contains("content-type: text/plain; version=0.0.4"), "{head}");
+    assert!(
+        body.contains("# TYPE tropism_run_tip_height_cm gauge\ntropism_run_tip_height_cm{run=\"bean\"} "),
+        "{body}"
+    );
+    assert!(body.contains("tropism_run_lamp_lit{run=\"bean\",lamp=\"left\"} 0"), "{body}");
+    // For nothing else, and for no change.
+    assert_eq!(ask(&tokens.look, "/api/items").0, 401);
+    let head =
+        format!("POST /metrics HTTP/1.1\nHost: {}\nAuthorization: Bearer {}", studio.address, tokens.change);
+    assert_eq!(studio.ask(&head, "{}").0, 403);
+}
+
+#[test]
 fn a_studio_for_looking_changes_nothing() {
     let studio = served(|plan, _| plan.read_only = true);
     let csrf = format!("X-Tropism-Csrf: {}", studio.csrf(""));
@@ -446,16 +514,28 @@ fn a_studio_for_looking_changes_nothing() {
 #[test]
 fn pages_answer_what_they_are_asked() {
     let studio = served(with_work);
-    for path in READS.iter().filter(|path| !path.contains("events")) {
+    for path in READS.iter().filter(|path| !is_stream(path)) {
         let (status, _, body) = studio.get(path);
         let wanted = match *path {
-            "/nothing" | "/api/run/prediction?at=bean" => 400..500,
+            "/nothing" | "/api/run/prediction?at=bean" | "/api/queue/log?number=1" => 400..500,
             _ => 200..201,
         };
         assert!(wanted.contains(&status), "{path}: {status} {body}");
     }
     let (_, _, champion) = studio.get("/api/evolution/champion?at=evolution");
     assert!(champion.contains("<svg") && champion.contains("\"paths\":[{"), "{champion}");
+    for (values, wanted) in [
+        ("{\"controller\":\"evolution/champion.json\",\"rig\":\"greenhouse\",\"out\":\"a\"}", 200),
+        ("{\"controller\":\"--studio\",\"rig\":\"greenhouse\",\"out\":\"a\"}", 400),
+        ("{\"controller\":\"../x.json\",\"rig\":\"greenhouse\",\"out\":\"a\"}", 404),
+        ("{\"controller\":\"greedy\",\"rig\":\"greenhouse\",\"out\":\"../a\"}", 400),
+        ("{\"controller\":\"greedy\",\"rig\":\"greenhouse\",\"out\":\"bean\"}", 400),
+        ("{\"controller\":\"greedy\",\"rig\":\"greenhouse\"}", 400),
+    ] {
+        let form = format!("{{\"form\":\"run\",\"values\":{values}}}").replace('"', "%22");
+        let (status, _, body) = studio.get(&format!("/api/begin/command?form={form}"));
+        assert_eq!(status, wanted, "{values}: {body}");
+    }
     for bad in [
         "/api/try?who=you&drawing=x&seed=1",
         "/api/try?who=you&drawing={%22targets%22:[[0,6]]}&seed=1&lights=lx",

@@ -1,0 +1,410 @@
+//! Work that a page begins: forms whose values become a command of `tropism`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::error::Refusal;
+use crate::found::{Finder, Kind, resolve};
+use crate::{Studio, draw, jobs};
+
+/// What is filled into a field.
+enum Input {
+    /// The place of work of these kinds below the folder of the studio.
+    Work(&'static [Kind]),
+    /// The place of a file with one of these endings.
+    File(&'static [&'static str]),
+    /// The place of a folder.
+    Folder,
+    /// `greenhouse`, or the place of a rig file.
+    Rig,
+    /// `greedy`, `periodic`, `periodic:TIME`, or the place of a controller's file.
+    Controller,
+    /// The name of what is made, without this ending.
+    Name(&'static str),
+    /// A whole number from one to the other.
+    Whole(u64, u64),
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// Whether the option is given.
+    Flag,
+}
+
+/// A field of a form.
+struct Field {
+    name: &'static str,
+    label: &'static str,
+    /// The option that takes the value; an argument without one if it is empty.
+    option: &'static str,
+    input: Input,
+    preset: &'static str,
+    is_needed: bool,
+}
+
+/// A command that a page can begin.
+struct Form {
+    /// Also the command.
+    name: &'static str,
+    title: &'static str,
+    says: &'static str,
+    fields: &'static [Field],
+}
+
+const fn needed(
+    name: &'static str,
+    label: &'static str,
+    option: &'static str,
+    input: Input,
+    preset: &'static str,
+) -> Field {
+    Field { name, label, option, input, preset, is_needed: true }
+}
+
+const fn optional(name: &'static str, label: &'static str, option: &'static str, input: Input) -> Field {
+    Field { name, label, option, input, preset: "", is_needed: false }
+}
+
+const TASK: Field = optional("task", "Task file", "--task", Input::File(&["toml", "json"]));
+const SEED: Field = optional("seed", "Seed", "--seed", Input::Whole(0, u64::MAX));
+
+const FORMS: &[Form] = &[
+    Form {
+        name: "run",
+        title: "Run a controller",
+        says: "On a virtual bean in the virtual tent, or on a plant with the rig of a rig file. It begins at once.",
+        fields: &[
+            needed("controller", "Controller", "--controller", Input::Controller, "greedy"),
+            needed("rig", "Rig", "--rig", Input::Rig, "greenhouse"),
+            needed("out", "Name of the run", "--out", Input::Name(""), ""),
+            TASK,
+            optional("steps", "Steps at most", "--steps", Input::Whole(1, 1_000_000)),
+            optional(
+                "speed",
+                "Speed of the virtual tent, times a plant’s",
+                "--speed",
+                Input::Whole(1, 100_000),
+            ),
+            SEED,
+        ],
+    },
+    Form {
+        name: "study",
+        title: "Study",
+        says: "The whole paper on virtual plants: beans, model, evolution, unseen beans, report. The small one takes about a minute.",
+        fields: &[
+            optional("file", "Study file", "", Input::File(&["toml"])),
+            optional("quick", "Small", "--quick", Input::Flag),
+            needed("out", "Name", "--out", Input::Name(""), ""),
+            SEED,
+        ],
+    },
+    Form {
+        name: "sweep",
+        title: "Sweep",
+        says: "Settings of a sweep file over seeds, in one table.",
+        fields: &[
+            needed("file", "Sweep file", "", Input::File(&["toml"]), ""),
+            optional("model", "Model", "--model", Input::File(&["json"])),
+            needed("out", "Name", "--out", Input::Name(""), ""),
+        ],
+    },
+    Form {
+        name: "fit",
+        title: "Fit a model",
+        says: "A model of plants from tracks: of the tip, or of the whole stem.",
+        fields: &[
+            needed("tracks", "Folder of runs or tracks", "", Input::Folder, ""),
+            needed("model", "Model", "--model", Input::Word(&["tip", "stem", "space"]), "tip"),
+            needed("out", "Name of the file", "--out", Input::Name(".json"), ""),
+        ],
+    },
+    Form {
+        name: "track",
+        title: "Track a folder",
+        says: "Tip and stem in a folder of photographs. Region and base: Tune vision shows them first.",
+        fields: &[
+            needed("photographs", "Folder of photographs", "", Input::Folder, ""),
+            needed("out", "Name of the file", "--out", Input::Name(".csv"), ""),
+        ],
+    },
+    Form {
+        name: "check",
+        title: "Check a rig",
+        says: "Lights lamps and flash one after the other and judges by photographs. No run may be going on with them.",
+        fields: &[
+            needed("rig", "Rig file", "", Input::File(&["toml"]), ""),
+            optional("dry", "Switch nothing", "--dry", Input::Flag),
+        ],
+    },
+    Form {
+        name: "export",
+        title: "Export a run",
+        says: "Track, events, photographs and settings with checksums, in one archive.",
+        fields: &[
+            needed("run", "Run", "", Input::Work(&[Kind::Run]), ""),
+            needed("out", "Name of the file", "--out", Input::Name(".tar"), ""),
+        ],
+    },
+    Form {
+        name: "timelapse",
+        title: "Film of a run",
+        says: "The photographs as a film, with lamp, targets and path; MP4 needs ffmpeg.",
+        fields: &[
+            needed("run", "Run", "", Input::Work(&[Kind::Run]), ""),
+            needed("kind", "Kind of film", "", Input::Word(&["gif", "mp4"]), "gif"),
+            needed("out", "Name of the file", "--out", Input::Name(""), ""),
+        ],
+    },
+    Form {
+        name: "report",
+        title: "Report",
+        says: "One page with all figures and numbers of a run, evolution, study or comparison.",
+        fields: &[
+            needed(
+                "of",
+                "Of",
+                "",
+                Input::Work(&[
+                    Kind::Run,
+                    Kind::Evolution,
+                    Kind::Study,
+                    Kind::Sweep,
+                    Kind::Transfer,
+                    Kind::Laboratories,
+                ]),
+                "",
+            ),
+            needed("out", "Name of the file", "--out", Input::Name(".html"), ""),
+        ],
+    },
+];
+
+/// Files and folders that are offered at most.
+const MOST_OFFERED: usize = 500;
+
+/// The forms, with what lies in the folder of the studio to choose from.
+pub(crate) fn forms(studio: &Studio) -> Value {
+    let work = Finder::default().find(&studio.root);
+    let places = |kinds: &[Kind]| -> Vec<String> {
+        work.iter().filter(|found| kinds.contains(&found.kind)).map(|found| found.at.clone()).collect()
+    };
+    let all = files_below(&studio.root);
+    let with_ending = |endings: &[&str]| -> Vec<String> {
+        let has = |at: &&String| at.rsplit_once('.').is_some_and(|(_, ending)| endings.contains(&ending));
+        all.iter().filter(has).cloned().collect()
+    };
+    let offered = |input: &Input| -> Vec<String> {
+        match input {
+            Input::Work(kinds) => places(kinds),
+            Input::File(endings) => with_ending(endings),
+            Input::Folder => all.iter().filter_map(|at| Some(at.rsplit_once('/')?.0.to_owned())).collect(),
+            Input::Rig => [vec!["greenhouse".to_owned()], with_ending(&["toml"])].concat(),
+            Input::Controller => {
+                let champions =
+                    places(&[Kind::Evolution]).into_iter().map(|at| format!("{at}/champion.json"));
+                let champions = champions.filter(|at| studio.root.join(at).is_file());
+                let plain = ["greedy", "periodic", "periodic:6h"].map(str::to_owned);
+                plain.into_iter().chain(champions).chain(places(&[Kind::Rule])).collect()
+            }
+            Input::Word(words) => words.iter().map(|word| (*word).to_owned()).collect(),
+            Input::Name(_) | Input::Whole(..) | Input::Flag => Vec::new(),
+        }
+    };
+    let field = |field: &Field| {
+        let mut offered = offered(&field.input);
+        offered.dedup();
+        offered.truncate(MOST_OFFERED);
+        let kind = match field.input {
+            Input::Work(_) | Input::Word(_) => "choice",
+            Input::Whole(..) => "number",
+            Input::Flag => "flag",
+            Input::Name(_) => "name",
+            Input::File(_) | Input::Folder | Input::Rig | Input::Controller => "place",
+        };
+        json!({
+            "name": field.name, "label": field.label, "kind": kind, "preset": field.preset,
+            "is_needed": field.is_needed, "offered": offered,
+        })
+    };
+    let form = |form: &Form| {
+        let fields: Vec<Value> = form.fields.iter().map(field).collect();
+        json!({ "name": form.name, "title": form.title, "says": form.says, "fields": fields })
+    };
+    FORMS.iter().map(form).collect()
+}
+
+/// Files in a folder and in those in it, without what is hidden and photographs of runs.
+fn files_below(root: &Path) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut folders = vec![String::new()];
+    while let Some(at) = folders.pop() {
+        let mut names: Vec<_> = std::fs::read_dir(root.join(&at)).into_iter().flatten().flatten().collect();
+        names.sort_unstable_by_key(std::fs::DirEntry::file_name);
+        for entry in names {
+            let (Ok(name), Ok(kind)) = (entry.file_name().into_string(), entry.file_type()) else { continue };
+            if name.starts_with('.') || found.len() >= MOST_OFFERED * 4 {
+                continue;
+            }
+            let below = if at.is_empty() { name } else { format!("{at}/{name}") };
+            if kind.is_file() {
+                found.push(below);
+            } else if kind.is_dir() && !at.contains('/') {
+                folders.push(below);
+            }
+        }
+    }
+    found
+}
+
+/// A form that was filled in.
+#[derive(Deserialize)]
+pub(crate) struct Filled {
+    form: String,
+    /// Values by the names of fields; what is left out or empty is not given.
+    values: BTreeMap<String, String>,
+}
+
+/// A command, and the place of what it makes.
+pub(crate) struct Begun {
+    pub(crate) words: Vec<String>,
+    pub(crate) at: String,
+    /// Whether it is the run of a plant, which waits in no queue.
+    pub(crate) is_run: bool,
+}
+
+impl Filled {
+    /// The command of the form.
+    ///
+    /// # Errors
+    /// [`Refusal`] that names the field whose value cannot be used.
+    pub(crate) fn command(&self, studio: &Studio) -> Result<Begun, Refusal> {
+        let form = FORMS.iter().find(|form| form.name == self.form);
+        let form = form.ok_or_else(|| Refusal::missing(format!("found no form {:?}", self.form)))?;
+        let value =
+            |name: &str| self.values.get(name).map(|value| value.trim()).filter(|value| !value.is_empty());
+        let kind = form.fields.iter().find(|field| field.name == "kind").and_then(|field| value(field.name));
+        let mut words = vec![form.name.to_owned()];
+        let mut made = String::new();
+        for field in form.fields {
+            let Some(value) = value(field.name) else {
+                if field.is_needed {
+                    return Err(Refusal::bad(format!("{}: fill it in.", field.label)));
+                }
+                continue;
+            };
+            let refused =
+                |Refusal(status, text): Refusal| Refusal(status, format!("{}: {text}", field.label));
+            match field.input {
+                Input::Flag => {
+                    if value == "true" {
+                        words.push(field.option.to_owned());
+                    }
+                    continue;
+                }
+                // It is the ending of the film.
+                Input::Word(kinds) if field.option.is_empty() => {
+                    one_of(value, kinds).map_err(refused)?;
+                    continue;
+                }
+                _ => {}
+            }
+            let checked = field.input.check(studio, value).map_err(refused)?;
+            // The kind of a film stands before its name, and is one of those that there are.
+            let checked = match (&field.input, kind) {
+                (Input::Name(""), Some(kind)) => format!("{checked}.{kind}"),
+                _ => checked,
+            };
+            if matches!(field.input, Input::Name(_)) {
+                if studio.root.join(&checked).exists() || studio.queue.has(&checked) {
+                    return Err(Refusal::bad(format!("{}: {checked} is there already.", field.label)));
+                }
+                made.clone_from(&checked);
+            }
+            if !field.option.is_empty() {
+                words.push(field.option.to_owned());
+            }
+            words.push(checked);
+        }
+        Ok(Begun { words, at: made, is_run: form.name == "run" })
+    }
+}
+
+fn one_of(value: &str, words: &[&str]) -> Result<String, Refusal> {
+    if words.contains(&value) {
+        return Ok(value.to_owned());
+    }
+    Err(Refusal::bad(format!("found {value:?}, wanted one of {}", words.join(", "))))
+}
+
+impl Input {
+    /// The value as a word of the command.
+    fn check(&self, studio: &Studio, value: &str) -> Result<String, Refusal> {
+        // Else it would be an option.
+        let place = |value: &str| {
+            if value.starts_with('-') {
+                return Err(Refusal::bad(format!(
+                    "found {value:?}, wanted a place that begins with no dash"
+                )));
+            }
+            resolve(&studio.root, value)
+        };
+        match self {
+            Self::Work(kinds) => {
+                let kind = Kind::of(&place(value)?);
+                if !kind.is_some_and(|kind| kinds.contains(&kind)) {
+                    return Err(Refusal::bad(format!("found no such work at {value:?}")));
+                }
+            }
+            Self::File(endings) => {
+                let ending = value.rsplit_once('.').map_or("", |(_, ending)| ending);
+                one_of(ending, endings)?;
+                if !place(value)?.is_file() {
+                    return Err(Refusal::bad(format!("found no file {value:?}")));
+                }
+            }
+            Self::Folder => {
+                if !place(value)?.is_dir() {
+                    return Err(Refusal::bad(format!("found no folder {value:?}")));
+                }
+            }
+            Self::Rig if value == "greenhouse" => {}
+            Self::Rig => return Self::File(&["toml"]).check(studio, value),
+            Self::Controller if value == "greedy" || is_periodic(value) => {}
+            Self::Controller => return Self::File(&["json", "toml"]).check(studio, value),
+            Self::Name(ending) => {
+                let name = value.strip_suffix(*ending).unwrap_or(value);
+                draw::check_name(name)?;
+                return Ok(format!("{name}{ending}"));
+            }
+            Self::Whole(low, high) => {
+                if !value.parse::<u64>().is_ok_and(|number| (*low..=*high).contains(&number)) {
+                    return Err(Refusal::bad(format!(
+                        "found {value:?}, wanted a whole number from {low} to {high}"
+                    )));
+                }
+            }
+            Self::Word(words) => return one_of(value, words),
+            Self::Flag => {}
+        }
+        Ok(value.to_owned())
+    }
+}
+
+/// Whether a value is `periodic`, also with a time.
+fn is_periodic(value: &str) -> bool {
+    let time = value.strip_prefix("periodic");
+    time.is_some_and(|time| {
+        time.is_empty()
+            || (time.starts_with(':')
+                && time.len() < 12
+                && time[1..].bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'.'))
+    })
+}
+
+/// The command of a form as a person types it.
+pub(crate) fn preview(studio: &Studio, filled: &Filled) -> Result<Value, Refusal> {
+    let Begun { words, at, .. } = filled.command(studio)?;
+    Ok(json!({ "command": jobs::line(&words), "at": at }))
+}
