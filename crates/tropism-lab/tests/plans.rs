@@ -34,6 +34,7 @@ use tropism_lab::evolve::EvolvePlan;
 use tropism_lab::fit::{FitPlan, ModelKind};
 use tropism_lab::grow::{AcceptancePlan, GrowPlan, KinematicsPlan};
 use tropism_lab::laboratories::LaboratoriesPlan;
+use tropism_lab::measure::MeasurePlan;
 use tropism_lab::report::ReportPlan;
 use tropism_lab::score::ScorePlan;
 use tropism_lab::show::ShowPlan;
@@ -76,6 +77,7 @@ fn plans_come_back_and_refuse_unknown_keys() {
     comes_back::<KinematicsPlan>();
     comes_back::<CalibratePlan>();
     comes_back::<RecoveryPlan>();
+    comes_back::<MeasurePlan>();
     comes_back::<ReportPlan>();
     comes_back::<LaboratoriesPlan>();
     comes_back::<StudyPlan>();

@@ -152,6 +152,7 @@ workflows! {
     "export" => tropism_lab::export::ExportPlan,
     "fit" => tropism_lab::fit::FitPlan,
     "forecast" => tropism_lab::forecast::ForecastPlan,
+    "measure" => tropism_lab::measure::MeasurePlan,
     "grow" => tropism_lab::grow::GrowPlan,
     "laboratories" => tropism_lab::laboratories::LaboratoriesPlan,
     "report" => tropism_lab::report::ReportPlan,
