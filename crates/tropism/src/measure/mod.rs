@@ -164,7 +164,9 @@ fn stem_of(places: &[f64]) -> [Point; STEM_POINTS] {
 
 fn estimates(record: &StemRecord, options: &Options, fit: &Fit, responds: bool) -> Vec<Estimate> {
     let own = fit.rod.rod_unknowns();
-    let t = student_90(degrees_of_freedom(record, fit));
+    let balance = fit.unknowns[LN_BETA] + fit.unknowns[LN_ZONE] - fit.unknowns[LN_GAMMA];
+    let widening = if balance < ln(SMALL_BALANCE) { SMALL_BALANCE_WIDENING } else { 1.0 };
+    let t = widening * student_90(degrees_of_freedom(record, fit));
     // A sum of logarithms with these weights, and half of its interval.
     let combined = |symbol: &str, weights: &[(usize, f64)]| {
         let value = weights.iter().map(|&(at, weight)| weight * fit.unknowns[at]).sum();
@@ -232,6 +234,11 @@ fn growth_rate(growth: &Estimate, zone: &Estimate) -> Estimate {
 /// recovered to 2 % (`cargo run --example measure_accuracy`).
 const INTEGRATION_ERROR: f64 = 0.05;
 
+/// Below this balance number the stem does not converge within its zone, and intervals are wider by a factor. Measured: on simulated
+/// plants of B = 1 the plain intervals of beta held it in 77 % of 30 cases (`cargo run --example measure_accuracy`).
+const SMALL_BALANCE: f64 = 1.5;
+const SMALL_BALANCE_WIDENING: f64 = 1.5;
+
 /// Degrees of freedom of the intervals: independent values of the drift in the record, less the two that beta and gamma take.
 fn degrees_of_freedom(record: &StemRecord, fit: &Fit) -> f64 {
     let [drift_h, ..] = fit.forcing.times_h();
@@ -289,7 +296,8 @@ fn judged_light(estimate: Estimate, responds: bool, changes: usize) -> Estimate 
     if estimate.interval[0] <= 0.0 || estimate.factor() > MAX_FACTOR {
         return estimate.refused("the 90 % interval spans more than a factor of 4");
     }
-    estimate
+    let reason = "the accuracy of the response to light was not tried on simulated plants yet".to_owned();
+    Estimate { status: Status::Provisional, reason, ..estimate }
 }
 
 /// beta~ and gamma~, where the radius and the growth rate are known.
