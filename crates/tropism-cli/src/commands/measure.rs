@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use tropism::measure::{Law, Quantity};
+use tropism::measure::{Estimate, Law, Quantity};
 use tropism_lab::measure::{MeasurePlan, MeasureResults, PlantConstants, PlantGroup, estimate_text};
 use tropism_lab::units::plural;
 
@@ -167,7 +167,7 @@ fn text(plan: &MeasurePlan, results: &MeasureResults) -> String {
             plural(group.plants, "plant")
         );
         for estimate in &group.estimates {
-            text += &line(&estimate.symbol, &estimate_text(estimate), &estimate.reason);
+            text += &line(estimate);
         }
     }
     for comparison in &results.comparisons {
@@ -216,17 +216,17 @@ fn text_of_plant(plant: &PlantConstants) -> String {
         plant.name, plant.frames.used, plant.frames.all, plant.duration_h
     );
     for estimate in &plant.estimates {
-        text += &line(&estimate.symbol, &estimate_text(estimate), &estimate.reason);
+        text += &line(estimate);
     }
     text
 }
 
-fn line(symbol: &str, value: &str, reason: &str) -> String {
-    let quantity = Quantity::of(symbol);
-    let because = if reason.is_empty() { quantity.words } else { reason };
-    let value =
-        if quantity.unit.is_empty() { value.to_owned() } else { format!("{value} {}", quantity.unit) };
-    format!("  {symbol:<8}{value:<34}{because}\n")
+fn line(estimate: &Estimate) -> String {
+    let because = match estimate.reason.as_str() {
+        "" => Quantity::of(&estimate.symbol).words,
+        reason => reason,
+    };
+    format!("  {:<8}{:<38}{because}\n", estimate.symbol, estimate_text(estimate))
 }
 
 #[cfg(test)]

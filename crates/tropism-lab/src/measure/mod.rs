@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 use tropism::measure::estimate::QUANTITIES;
 use tropism::measure::group::{self, Comparison};
 use tropism::measure::{
-    AngleRecord, Estimate, FrameCounts, Law, Measurement, Options, Recovery, Sharpening, Status, StemRecord,
-    Stimulus, measure, self_check, sharpenings,
+    AngleRecord, Estimate, FrameCounts, Law, Measurement, Options, Quantity, Recovery, Sharpening, Status,
+    StemRecord, Stimulus, measure, self_check, sharpenings,
 };
 use tropism::observation::Quality;
 use tropism::parallel;
@@ -161,10 +161,10 @@ pub struct GroupComparison {
     pub test: Comparison,
 }
 
-/// A value with its interval as text, or what can be said instead.
+/// A value with its interval and unit as text, or what can be said instead.
 #[must_use]
 pub fn estimate_text(estimate: &Estimate) -> String {
-    page::cell(estimate)
+    page::with_unit(estimate, Quantity::of(&estimate.symbol).unit)
 }
 
 /// The equation of the fit, as reports print it.
@@ -254,11 +254,16 @@ impl Workflow for MeasurePlan {
                 monitor.advance(1);
                 Ok(measured)
             })?;
-        let (constants, stems): (Vec<PlantConstants>, Vec<Option<MeasuredStems>>) =
+        let (mut constants, stems): (Vec<PlantConstants>, Vec<Option<MeasuredStems>>) =
             measured.into_iter().unzip();
         let stems: Vec<MeasuredStems> = stems.into_iter().flatten().collect();
-        let groups = groups(&constants);
         let (self_check, sharpenings) = self.check_itself(&stems, &options, monitor)?;
+        for estimate in constants.iter_mut().flat_map(|plant| &mut plant.estimates) {
+            if let Some(found) = self_check.iter().find(|found| found.symbol == estimate.symbol) {
+                *estimate = estimate.clone().widened(found.widening);
+            }
+        }
+        let groups = groups(&constants);
         let results = MeasureResults {
             is_virtual: plants.iter().any(|plant| plant.is_virtual),
             equation: EQUATION,

@@ -140,6 +140,24 @@ impl Estimate {
         Self { status: Status::NotIdentified, reason: reason.to_owned(), ..self }
     }
 
+    /// The number with an interval of its logarithm that is wider by `factor`; not identified where that spans too much.
+    #[must_use]
+    pub fn widened(self, factor: f64) -> Self {
+        if self.status != Status::Measured || !(self.interval[0] > 0.0 && self.interval[1].is_finite()) {
+            return self;
+        }
+        let half = factor * self.half();
+        let wider = Self {
+            interval: [self.value * crate::math::exp(-half), self.value * crate::math::exp(half)],
+            ..self
+        };
+        if wider.factor() <= super::MAX_FACTOR {
+            return wider;
+        }
+        let reason = format!("the 90 % interval spans a factor of {:.0}", wider.factor().min(1e6));
+        wider.refused(&reason)
+    }
+
     /// Half of the interval of the logarithm.
     pub(super) fn half(&self) -> f64 {
         0.5 * crate::math::ln(self.factor())
@@ -154,3 +172,19 @@ impl Estimate {
 
 /// The 95 % quantile of the normal distribution: its 90 % interval.
 pub(super) const Z_90: f64 = 1.644_853_626_951_472_7;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wider_interval_keeps_its_value_and_may_say_too_little() {
+        let estimate = Estimate::log_normal("Lc", 0.0, 0.2);
+        let wider = estimate.clone().widened(2.0);
+        assert_eq!((wider.value, wider.status), (1.0, Status::Measured));
+        assert!((wider.half() / estimate.half() - 2.0).abs() < 1e-9);
+        assert_eq!(estimate.widened(4.0).status, Status::NotIdentified);
+        let refused = Estimate::not_identified("Lc", "why").widened(2.0);
+        assert_eq!((refused.status, refused.reason.as_str()), (Status::NotIdentified, "why"));
+    }
+}

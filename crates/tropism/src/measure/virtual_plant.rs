@@ -9,6 +9,7 @@ use super::record::StemRecord;
 use super::rod::{BASE, FREE_POINTS, Rod};
 use super::{Measurement, Options, Status, measure, stem_of};
 use crate::geometry::Point;
+use crate::math::statistics::quantile_linear;
 use crate::random::{self, Purpose};
 
 /// A virtual plant with fitted constants.
@@ -32,6 +33,8 @@ pub struct Recovery {
     pub spread: f64,
     /// Share of the 90 % intervals that hold the true value.
     pub coverage: f64,
+    /// Factor by which the intervals of logarithms must be wider to hold it in 90 %; at least 1, and 1 for fewer than ten plants.
+    pub widening: f64,
 }
 
 impl VirtualPlant {
@@ -177,6 +180,9 @@ pub fn sharpenings(measured: &[(StemRecord, Options, Measurement)], seed: u64) -
     (1..).zip(Change::ALL).flat_map(of_change).collect()
 }
 
+/// Least number of virtual plants by which intervals are widened. Chosen: the 90 % quantile of fewer is the greatest.
+const MIN_WIDENING: usize = 10;
+
 /// Symbols that the check looks at.
 const CHECKED: [&str; 6] = ["Lgz", "W", "Lc", "B", "beta", "gamma"];
 
@@ -196,7 +202,7 @@ pub fn self_check(
         measure(&measurement.plant.record(record, seed), options)
     });
     let recovery = |symbol: &str| {
-        let (mut ratios, mut holds) = (Vec::new(), 0);
+        let (mut ratios, mut holds, mut widenings) = (Vec::new(), 0, Vec::new());
         for (number, again) in again.iter().enumerate() {
             let (.., measurement) = original(number);
             let truth = measurement.plant.truth(measurement, symbol);
@@ -204,9 +210,10 @@ pub fn self_check(
                 continue;
             };
             ratios.push(found.value / truth);
+            widenings.push(crate::math::ln(found.value / truth).abs() / found.half());
             holds += usize::from((found.interval[0]..=found.interval[1]).contains(&truth));
         }
-        let quantile = |share| crate::math::statistics::quantile_linear(&ratios, share);
+        let quantile = |share| quantile_linear(&ratios, share);
         Recovery {
             symbol: symbol.to_owned(),
             measured: ratios.len(),
@@ -214,6 +221,11 @@ pub fn self_check(
             ratio: quantile(0.5),
             spread: 0.5 * (quantile(5.0 / 6.0) - quantile(1.0 / 6.0)),
             coverage: holds as f64 / ratios.len() as f64,
+            widening: if widenings.len() < MIN_WIDENING {
+                1.0
+            } else {
+                quantile_linear(&widenings, 0.9).max(1.0)
+            },
         }
     };
     CHECKED.map(recovery).to_vec()
