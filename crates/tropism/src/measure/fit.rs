@@ -306,8 +306,8 @@ impl<'a> Fitting<'a> {
         let (own, knots) = (self.rod.rod_unknowns(), self.rod.knots);
         let weight = exp(-2.0 * self.forcing.0[NOISE]);
         let mut right: Vec<f64> = linear.right.iter().map(|value| value * weight).collect();
-        for at in 0..own {
-            right[at] -= self.prior.precision[at] * (self.unknowns[at] - self.prior.mean[at]);
+        for (at, right) in right.iter_mut().enumerate().take(own) {
+            *right -= self.prior.precision[at] * (self.unknowns[at] - self.prior.mean[at]);
         }
         if free > own {
             let values = &self.unknowns[own..];
@@ -336,11 +336,10 @@ impl<'a> Fitting<'a> {
             .collect();
         let best = (0..costs.len()).min_by(|&one, &other| costs[one].total_cmp(&costs[other])).unwrap_or(0);
         // Not a number is no descent.
-        if !(costs[best] < before - 1e-3) {
+        if costs[best].is_nan() || costs[best] >= before - 1e-3 {
             return false;
         }
-        let [first, ..] = &candidates;
-        self.unknowns = candidates.get(best).unwrap_or(first).clone();
+        self.unknowns.clone_from(&candidates[best]);
         true
     }
 
@@ -364,9 +363,9 @@ impl<'a> Fitting<'a> {
         let count = linear.residuals.len() as f64;
         let matrix = self.precision(&linear.products, forcing, &precision, free);
         let (matrix, size) = if is_restricted {
-            for at in 0..own {
+            for (at, right) in right.iter_mut().enumerate().take(own) {
                 // The prior's pull, in the units of the data.
-                right[at] -= self.prior.precision[at] * (self.unknowns[at] - self.prior.mean[at]) / weight;
+                *right -= self.prior.precision[at] * (self.unknowns[at] - self.prior.mean[at]) / weight;
             }
             (matrix, free)
         } else {

@@ -113,11 +113,11 @@ pub fn compared(first: &[f64], second: &[f64], seed: u64) -> Option<Comparison> 
 fn for_each_choice(values: &[f64], count: usize, sum: f64, with: &mut dyn FnMut(f64)) {
     if count == 0 {
         with(sum);
-    } else if let Some((value, rest)) = values.split_first() {
-        if rest.len() + 1 >= count {
-            for_each_choice(rest, count - 1, sum + value, with);
-            for_each_choice(rest, count, sum, with);
-        }
+    } else if let Some((value, rest)) = values.split_first()
+        && rest.len() + 1 >= count
+    {
+        for_each_choice(rest, count - 1, sum + value, with);
+        for_each_choice(rest, count, sum, with);
     }
 }
 

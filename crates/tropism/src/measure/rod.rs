@@ -13,6 +13,8 @@
 //! AC: Bastien, Bohr, Moulia, Douady 2013, doi:10.1073/pnas.1214301109. ACE: Bastien, Douady, Moulia 2014,
 //! doi:10.3389/fpls.2014.00136. Light: Bastien, Douady, Moulia 2015, doi:10.1371/journal.pcbi.1004037.
 
+#![allow(clippy::needless_range_loop, reason = "a segment indexes several arrays, and so do equations")]
+
 use serde::{Deserialize, Serialize};
 
 use super::record::StemRecord;
