@@ -93,6 +93,7 @@ pub struct Specimen {
     period_min: f64,
     bean: Bean,
     observer: Observer,
+    is_dark: bool,
 }
 
 impl Environment for Specimen {
@@ -103,7 +104,8 @@ impl Environment for Specimen {
     }
 
     fn step(&mut self, light: Light) -> Result<(), Infallible> {
-        self.bean.advance(&powers_in(&self.layout, light), self.period_min);
+        let powers = if self.is_dark { lamp_powers(None) } else { powers_in(&self.layout, light) };
+        self.bean.advance(&powers, self.period_min);
         Ok(())
     }
 
@@ -140,8 +142,16 @@ impl Specimen {
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
     ) -> Track {
         let Ok(track) = run(&mut self, controller, task, watch);
-        self.observer.complete(track)
+        finished(self.observer, track, self.is_dark)
     }
+}
+
+/// A grown track with its ground truth; of a plant in the dark without the lights that the controller asked for.
+fn finished(observer: Observer, mut track: Track, is_dark: bool) -> Track {
+    if is_dark {
+        track.samples.iter_mut().for_each(|sample| sample.light = None);
+    }
+    observer.complete(track)
 }
 
 /// Plants of [`Trial::grow_all`] that grow at once; a place that becomes free is taken by the next seed. Chosen by measurement:
@@ -186,6 +196,10 @@ pub struct Trial<'s> {
     pub in_space: bool,
     /// Solids through which no stem passes. Default: none.
     pub solids: Vec<Solid>,
+    /// Angle by which the pot is tipped towards positive x at the first step, in degrees. Default: 0.
+    pub tilt_deg: f64,
+    /// Whether all lamps stay dark, whatever the controller lights; the track then says so. Default: no.
+    pub is_dark: bool,
 }
 
 impl<'s> Trial<'s> {
@@ -199,6 +213,8 @@ impl<'s> Trial<'s> {
             period_min: PAPER_PERIOD_MIN,
             in_space: false,
             solids: Vec::new(),
+            tilt_deg: 0.0,
+            is_dark: false,
         }
     }
 
@@ -265,11 +281,12 @@ impl<'s> Trial<'s> {
                 let seen = plant.observer.observe(&population.beans[powers.len()]);
                 let watch = &mut |sample: &Sample| watch(plant.place, sample);
                 match plant.recording.decide(seen, 0, &mut plant.controller, task, watch) {
+                    Some(_) if self.is_dark => powers.push(lamp_powers(None)),
                     Some(light) => powers.push(powers_in(&self.layout, light)),
                     None => {
                         let plant = growing.swap_remove(powers.len());
                         population.beans.swap_remove(powers.len());
-                        tracks[plant.place] = plant.observer.complete(plant.recording.track);
+                        tracks[plant.place] = finished(plant.observer, plant.recording.track, self.is_dark);
                     }
                 }
             }
@@ -279,7 +296,11 @@ impl<'s> Trial<'s> {
 
     /// The seedling of `seed`.
     fn seedling(&self, seed: u64) -> Bean {
-        Bean::new(self.species.draw(seed, self.scale), seed)
+        let mut bean = Bean::new(self.species.draw(seed, self.scale), seed);
+        if self.tilt_deg != 0.0 {
+            bean.tip_over(self.tilt_deg.to_radians());
+        }
+        bean
     }
 
     /// The plant of `seed` before its first step, as [`grow`](Self::grow) grows it.
@@ -290,7 +311,13 @@ impl<'s> Trial<'s> {
 
     fn observed(&self, bean: Bean, observer: Observer) -> Specimen {
         let bean = bean.under(&self.layout).among(&self.solids);
-        Specimen { layout: self.layout.clone(), period_min: self.period_min, bean, observer }
+        Specimen {
+            layout: self.layout.clone(),
+            period_min: self.period_min,
+            bean,
+            observer,
+            is_dark: self.is_dark,
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 27] = [
+const COMMANDS: [&str; 28] = [
     "study",
     "check",
     "run",
@@ -14,6 +14,7 @@ const COMMANDS: [&str; 27] = [
     "track",
     "depth",
     "fit",
+    "measure",
     "forecast",
     "evolve",
     "sweep",
@@ -55,6 +56,7 @@ fn every_command_shows_an_example() {
         let has_chance = [
             "study",
             "run",
+            "measure",
             "forecast",
             "evolve",
             "baseline",

@@ -13,6 +13,7 @@
 //! | [`CalibrateCameraPlan`](calibrate_camera::CalibrateCameraPlan) | the calibration of a camera |
 //! | [`TrackPlan`](track::TrackPlan), [`DepthPlan`](depth::DepthPlan) | tracks of photographs, in the plane and in space |
 //! | [`FitPlan`](fit::FitPlan) | a model of tracks |
+//! | [`MeasurePlan`](measure::MeasurePlan) | the constants of plants from their stems |
 //! | [`ForecastPlan`](forecast::ForecastPlan) | models compared by what they predict of plants that were left out |
 //! | [`EvolvePlan`](evolve::EvolvePlan), [`BaselinePlan`](baseline::BaselinePlan) | champions, and the fitness of random controllers |
 //! | [`TunePlan`](tune::TunePlan) | a rule with nine parameters for a model |
@@ -58,6 +59,7 @@ mod statistics;
 pub mod comparison;
 mod champion;
 pub mod fit;
+pub mod measure;
 pub mod evolve;
 pub mod baseline;
 pub mod tune;

@@ -33,6 +33,7 @@ use tropism_lab::calibrate::{CalibratePlan, RecoveryPlan};
 use tropism_lab::evolve::EvolvePlan;
 use tropism_lab::fit::{FitPlan, ModelKind};
 use tropism_lab::grow::{AcceptancePlan, GrowPlan, KinematicsPlan};
+use tropism_lab::measure::MeasurePlan;
 use tropism_lab::replicates::ReplicatesPlan;
 use tropism_lab::report::ReportPlan;
 use tropism_lab::score::ScorePlan;
@@ -76,6 +77,7 @@ fn plans_come_back_and_refuse_unknown_keys() {
     comes_back::<KinematicsPlan>();
     comes_back::<CalibratePlan>();
     comes_back::<RecoveryPlan>();
+    comes_back::<MeasurePlan>();
     comes_back::<ReportPlan>();
     comes_back::<ReplicatesPlan>();
     comes_back::<StudyPlan>();

@@ -37,6 +37,7 @@ mod stems;
 mod transfer;
 mod comparison;
 mod forecast;
+mod measure;
 
 use std::collections::BTreeMap;
 
@@ -49,6 +50,7 @@ pub use evolution::{fitness_boxes, fitness_run};
 pub use film::{Film, FilmStep};
 pub use forecast::{ForecastErrors, ForecastPanel, forecast_errors};
 pub use kinematics::{KinematicValue, kinematics};
+pub use measure::{MeasuredPlant, fitted_stems, kymographs, ridge, strips};
 pub use network::{network, network_dot, too_large_to_draw};
 pub use orthographic::{Surroundings, in_space};
 pub use over_time::over_time;

@@ -172,7 +172,7 @@ const FORMS: &[Form] = &[
                     Kind::Study,
                     Kind::Sweep,
                     Kind::Transfer,
-                    Kind::Laboratories,
+                    Kind::Replicates,
                 ]),
                 "",
             ),

@@ -40,7 +40,7 @@ impl Demo {
             let request = draw::EvolveRequest {
                 name: name.to_owned(),
                 drawing: Drawing::of_targets(targets),
-                method: draw::Method::Evolve,
+                method: tropism_page::Method::Evolve,
                 runs,
                 generations,
                 seed: 1,

@@ -70,6 +70,7 @@ pub mod control;
 pub mod environment;
 pub mod simulation;
 pub mod rig;
+pub mod measure;
 pub mod evolve;
 pub mod prelude;
 

@@ -54,6 +54,10 @@ pub enum Purpose {
     Plan = 20,
     /// Seeds of searches that begin side by side.
     Start = 21,
+    /// Virtual plants on which a measurement checks itself.
+    SelfCheck = 22,
+    /// Permutations of plants between groups.
+    Permutation = 23,
 }
 
 /// The stream of `seed` for `purpose`, number `index`.

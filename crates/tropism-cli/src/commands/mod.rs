@@ -12,6 +12,7 @@ mod fit;
 mod forecast;
 mod grow;
 mod man;
+mod measure;
 mod report;
 mod run;
 mod safe_state;
@@ -53,6 +54,7 @@ pub(crate) enum Command {
     Track(track::Track),
     Depth(depth::Depth),
     Fit(fit::Fit),
+    Measure(measure::Measure),
     Forecast(forecast::Forecast),
     Evolve(evolve::Evolve),
     Sweep(sweep::Sweep),
@@ -78,6 +80,7 @@ impl Command {
             Self::Status(_)
                 | Self::CalibrateCamera(_)
                 | Self::Depth(_)
+                | Self::Measure(_)
                 | Self::Forecast(_)
                 | Self::Score(_)
                 | Self::Show(_)
@@ -104,6 +107,7 @@ impl Command {
             Self::Track(track) => track.execute(shell),
             Self::Depth(depth) => depth.execute(shell),
             Self::Fit(fit) => fit.execute(shell),
+            Self::Measure(measure) => measure.execute(shell),
             Self::Forecast(forecast) => forecast.execute(shell),
             Self::Evolve(evolve) => evolve.execute(shell),
             Self::Sweep(sweep) => sweep.execute(shell),

@@ -54,6 +54,10 @@ pub struct GrowPlan {
     pub out: PathBuf,
     /// Whether to write a photograph of each step, with the ground truth.
     pub photographs: bool,
+    /// Angle by which the pots are tipped to the right at the first step, in degrees, -180 to 180. Not with `photographs`.
+    pub tilt_deg: f64,
+    /// Whether all lamps stay dark. Not with `photographs`.
+    pub dark: bool,
     /// Whether tracks that are there are replaced. Photographs never are.
     pub replace: bool,
     /// Whether to continue with photographed plants in `out`.
@@ -72,6 +76,8 @@ impl Default for GrowPlan {
             seed: 1,
             out: "beans".into(),
             photographs: false,
+            tilt_deg: 0.0,
+            dark: false,
             replace: false,
             resume: false,
         }
@@ -124,7 +130,18 @@ impl Workflow for GrowPlan {
                     .to_owned(),
             ));
         }
+        if !(-180.0..=180.0).contains(&self.tilt_deg) {
+            return Err(Error::Plan(format!(
+                "found `tilt_deg` {}, wanted -180 to 180 degrees",
+                self.tilt_deg
+            )));
+        }
         if self.photographs {
+            if self.tilt_deg != 0.0 || self.dark {
+                return Err(Error::Plan(
+                    "`tilt_deg` and `dark` cannot be photographed: leave `photographs` out".to_owned(),
+                ));
+            }
             return Ok(());
         }
         let next = self.track_path(self.plants);
@@ -218,7 +235,12 @@ impl GrowPlan {
         plants: &[u32],
         monitor: &dyn Monitor,
     ) -> Result<Vec<Option<GrownPlant>>, Error> {
-        let trial = Trial { solids: self.tent().solids, ..self.greenhouse.trial(self.period_min) };
+        let trial = Trial {
+            solids: self.tent().solids,
+            tilt_deg: self.tilt_deg,
+            is_dark: self.dark,
+            ..self.greenhouse.trial(self.period_min)
+        };
         let seeds: Vec<u64> = plants.iter().map(|&plant| self.seed_of(plant)).collect();
         let make_controller = |_| self.controller.build(&self.task, &trial.layout, self.period_min);
         let mut is_whole = vec![true; plants.len()];

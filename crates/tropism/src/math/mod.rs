@@ -9,6 +9,7 @@ mod elementary;
 pub mod interpolate;
 pub mod vector;
 pub mod matrix;
+pub mod cholesky;
 pub mod statistics;
 pub mod rank_test;
 

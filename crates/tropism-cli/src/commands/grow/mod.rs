@@ -59,16 +59,30 @@ pub(crate) struct Grow {
     #[arg(long)]
     photographs: bool,
 
+    /// Tip the pots to the right by this angle at the first step, for `tropism measure`
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        value_name = "DEG",
+        allow_negative_numbers = true,
+        conflicts_with = "photographs"
+    )]
+    tilt: f64,
+
+    /// Keep all lamps dark
+    #[arg(long, conflicts_with = "photographs")]
+    dark: bool,
+
     /// Continue an interrupted command in DIR
     #[arg(long, requires = "photographs")]
     resume: bool,
 
     /// Compare open-loop and steered beans with published values instead: each statistic with its range
-    #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "scale", "scene", "cameras", "faults"])]
+    #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "scale", "scene", "cameras", "faults", "tilt", "dark"])]
     check: bool,
 
     /// Draw the typical plant in the experiments of plant physiology instead, into DIR
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["check", "plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "scale", "scene", "cameras", "faults"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["check", "plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "scale", "scene", "cameras", "faults", "tilt", "dark"])]
     kinematics: Option<PathBuf>,
 
     #[command(flatten)]
@@ -105,6 +119,8 @@ impl Grow {
             seed: self.seed.seed,
             out,
             photographs: self.photographs,
+            tilt_deg: self.tilt,
+            dark: self.dark,
             replace: self.force,
             resume: self.resume,
         };
