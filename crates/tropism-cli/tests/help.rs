@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 27] = [
+const COMMANDS: [&str; 29] = [
     "study",
     "check",
     "run",
@@ -24,6 +24,8 @@ const COMMANDS: [&str; 27] = [
     "show",
     "grow",
     "transfer",
+    "wall",
+    "node",
     "calibrate",
     "report",
     "timelapse",
@@ -62,6 +64,7 @@ fn every_command_shows_an_example() {
             "simulate",
             "grow",
             "transfer",
+            "wall",
             "calibrate",
         ]
         .contains(&command);

@@ -37,6 +37,7 @@ mod stems;
 mod transfer;
 mod comparison;
 mod forecast;
+mod wall;
 
 use std::collections::BTreeMap;
 
@@ -60,6 +61,7 @@ pub use speed::speed;
 pub use stems::{LitStem, stems};
 pub use trajectories::{Goals, directions, steering, trajectories};
 pub use transfer::{ControllerScores, SteeredPlant, score_strips, steering_panels};
+pub use wall::{WallPlant, wall};
 
 /// The kind of plants that results come from. Every caption and every page names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

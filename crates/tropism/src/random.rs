@@ -54,6 +54,8 @@ pub enum Purpose {
     Plan = 20,
     /// Seeds of searches that begin side by side.
     Start = 21,
+    /// Sensors, messages and faults of the nodes of a wall, and its random paths.
+    Nodes = 22,
 }
 
 /// The stream of `seed` for `purpose`, number `index`.

@@ -12,6 +12,7 @@ mod fit;
 mod forecast;
 mod grow;
 mod man;
+mod node;
 mod report;
 mod run;
 mod safe_state;
@@ -28,6 +29,7 @@ mod timelapse;
 mod track;
 mod transfer;
 mod tune;
+mod wall;
 mod watchdog;
 
 use anyhow::Result;
@@ -63,6 +65,8 @@ pub(crate) enum Command {
     Show(show::Show),
     Grow(grow::Grow),
     Transfer(transfer::Transfer),
+    Wall(wall::Wall),
+    Node(node::Node),
     Calibrate(calibrate::Calibrate),
     Report(report::Report),
     Timelapse(timelapse::Timelapse),
@@ -114,6 +118,8 @@ impl Command {
             Self::Show(show) => show.execute(shell),
             Self::Grow(grow) => grow.execute(shell),
             Self::Transfer(transfer) => transfer.execute(shell),
+            Self::Wall(wall) => wall.execute(shell),
+            Self::Node(node) => node.execute(shell),
             Self::Calibrate(calibrate) => calibrate.execute(shell),
             Self::Report(report) => report.execute(shell),
             Self::Timelapse(timelapse) => timelapse.execute(shell),
