@@ -319,7 +319,7 @@ mod tests {
         }
     }
 
-    const PERIOD: Duration = Duration::from_millis(30);
+    const PERIOD: Duration = Duration::from_millis(100);
 
     fn process(experiment: &str, number: usize) -> NodeProcess {
         let name = |number: usize| format!("n{number}");

@@ -43,7 +43,7 @@ pub(crate) struct Node {
     #[arg(long, value_name = "DEVICE")]
     tasmota: Option<String>,
 
-    /// Seconds from one step to the next
+    /// Seconds from one step to the next, 1 to 3600
     #[arg(long, default_value_t = 300.0, value_name = "S")]
     period: f64,
 }
@@ -51,8 +51,8 @@ pub(crate) struct Node {
 impl Node {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         ensure!(
-            (0.01..=3600.0).contains(&self.period),
-            "found --period {}, wanted 0.01 to 3600 s",
+            (1.0..=3600.0).contains(&self.period),
+            "found --period {}, wanted 1 to 3600 s",
             self.period
         );
         let file = WallFile::read(&self.wall)?;
@@ -61,6 +61,7 @@ impl Node {
         let mut machine = StateMachine::new(file.machine);
         Shell::end_in_order();
         let per_step = self.period;
+        // Steps are counted from 1970, so that they grow over restarts; 32 bits hold them until 2106.
         let step_of = move || {
             let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
             (now.as_secs_f64() / per_step) as u32
