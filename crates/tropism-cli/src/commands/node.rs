@@ -50,11 +50,7 @@ pub(crate) struct Node {
 
 impl Node {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        ensure!(
-            (1.0..=3600.0).contains(&self.period),
-            "found --period {}, wanted 1 to 3600 s",
-            self.period
-        );
+        ensure!((1.0..=3600.0).contains(&self.period), "found --period {}, wanted 1 to 3600 s", self.period);
         let file = WallFile::read(&self.wall)?;
         let period = Duration::from_secs_f64(self.period);
         let node = file.node_process(&self.name, &self.experiment, self.tasmota, period)?;

@@ -336,7 +336,7 @@ mod tests {
             let level = path.iter().position(|&node| wall.nodes[node].at[1] + 1.0 > height).unwrap_or(2);
             let x = wall.nodes[path[level]].at[0];
             let at = |part: u32| [x, height - 0.2 * f64::from(part), -2.0];
-            let stem: Vec<Patch> = (0..10).map(|part| Patch { at: at(part), area: 0.05 }).collect();
+            let stem: Vec<Patch> = (0..10).map(|part| Patch { at: at(part), area: 0.2 }).collect();
             levels.push(nodes.step(&stem));
         }
         (levels, path)
