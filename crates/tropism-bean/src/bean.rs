@@ -19,6 +19,7 @@
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use tropism::lamps::{Layout, MAX_LAMPS};
+use tropism::lighting::{Beam, Lighting};
 use tropism::math::vector::Vec3;
 use tropism::math::{self, Real};
 use tropism::obstacle::Solid;
@@ -62,6 +63,10 @@ pub struct Bean {
     /// Places of the lamps, in cm, and their number.
     lamps: [Vec3; MAX_LAMPS],
     lamp_count: usize,
+    /// Cones of the lamps; a lamp without one shines all around.
+    beams: [Option<Beam>; MAX_LAMPS],
+    /// Whether solids cast shadows.
+    is_shaded: bool,
     pub(crate) age_h: f64,
     /// Phase of circumnutation, in rad.
     phase: f64,
@@ -99,6 +104,8 @@ impl Bean {
             plant: individual,
             lamps: [[0.0; 3]; MAX_LAMPS],
             lamp_count: 0,
+            beams: [None; MAX_LAMPS],
+            is_shaded: false,
             age_h: 0.0,
             phase: 0.0,
             unfold_h: f64::INFINITY,
@@ -117,6 +124,46 @@ impl Bean {
             *place = lamp.at;
         }
         self
+    }
+
+    /// The same bean under lamps that shine in cones, in the order of the layout; a lamp without a cone, as all are without
+    /// this, shines all around.
+    ///
+    /// ```
+    /// use tropism::lighting::Beam;
+    /// use tropism_bean::{Bean, Individual};
+    /// let facing = |x| Some(Beam { facing: [x, -0.7, 0.2], half_angle_deg: 20.0 });
+    /// let grown = |right| {
+    ///     let mut bean = Bean::noise_free(Individual::default()).with_beams(&[None, facing(right)]);
+    ///     bean.advance(&[0.0, 1.0], 12.0 * 60.0);
+    ///     bean.apex()[0]
+    /// };
+    /// assert!(grown(-1.0) > 1.0 && grown(1.0) < 0.5); // the right lamp shines at the plant, and away from it
+    /// ```
+    ///
+    /// # Panics
+    /// If [`Beam::check`] refuses a cone, or there are more cones than lamps.
+    #[must_use]
+    pub fn with_beams(mut self, beams: &[Option<Beam>]) -> Self {
+        assert!(
+            beams.len() <= self.lamp_count,
+            "found {} cones, wanted {} at most",
+            beams.len(),
+            self.lamp_count
+        );
+        for (place, beam) in self.beams.iter_mut().zip(beams) {
+            if let Some(Err(error)) = beam.as_ref().map(Beam::check) {
+                panic!("{error}");
+            }
+            *place = *beam;
+        }
+        self
+    }
+
+    /// The same bean in the shadow of the solids of [`Self::among`]; without this they let light through.
+    #[must_use]
+    pub fn in_shadow(self) -> Self {
+        Self { is_shaded: true, ..self }
     }
 
     /// The same bean among solids, through which its stem does not pass; without this, with the back wall alone.
@@ -195,6 +242,14 @@ impl Bean {
         (0..ticks).for_each(|_| tick_together(&mut chains, &mut [&mut *self], &[powers], tick_h));
     }
 
+    /// Grows for `minutes` under any lighting: [`Self::advance`] with its powers, of which level 255 is `power`.
+    ///
+    /// # Panics
+    /// As [`Self::advance`].
+    pub fn advance_under(&mut self, lighting: Lighting, power: f64, minutes: f64) {
+        self.advance(&lighting.powers().map(|share| share * power), minutes);
+    }
+
     /// The sub-step of the integration, in s.
     pub(crate) fn substep_s(&self) -> f64 {
         let usual = if self.rod.is_among_solids() { Self::SUBSTEP_AMONG_SOLIDS_S } else { Self::SUBSTEP_S };
@@ -244,6 +299,8 @@ impl Bean {
             age_h: self.age_h,
             lamps: self.lamps,
             powers,
+            beams: self.beams,
+            is_shaded: self.is_shaded && self.rod.is_among_solids(),
             growth: self.elongation() * gains.growth,
             gain: maturity * gains.motility,
             zone,

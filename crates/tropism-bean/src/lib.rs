@@ -20,6 +20,7 @@ mod bean;
 mod population;
 pub mod detector;
 mod grow;
+pub mod wall;
 pub mod experiments;
 pub mod acceptance;
 pub mod calibrate;

@@ -14,9 +14,11 @@
 
 mod rotation;
 mod contact;
+mod exposure;
 mod chains;
 
 use tropism::lamps::MAX_LAMPS;
+use tropism::lighting::Beam;
 use tropism::math;
 use tropism::math::vector::{Vec3, along};
 use tropism::obstacle::Solid;
@@ -58,6 +60,10 @@ pub(super) struct Forcing {
     pub(super) lamps: [Vec3; MAX_LAMPS],
     /// Power of each lamp, 0 to 1; 0 for places without a lamp.
     pub(super) powers: [f64; MAX_LAMPS],
+    /// Cones of the lamps.
+    pub(super) beams: [Option<Beam>; MAX_LAMPS],
+    /// Whether solids cast shadows.
+    pub(super) is_shaded: bool,
     /// Elongation, in cm/h.
     pub(super) growth: f64,
     /// Motor gain on differential growth: maturity, fluctuation and pauses.
@@ -68,6 +74,14 @@ pub(super) struct Forcing {
     pub(super) straightening: f64,
     /// Mass of the leaf pair, in g.
     pub(super) leaf_mass: f64,
+}
+
+impl Forcing {
+    /// Numbers of the lamps that are lit.
+    fn lit(&self) -> impl Iterator<Item = usize> + use<> {
+        let powers = self.powers;
+        (0..MAX_LAMPS).filter(move |&number| powers[number] > 0.0)
+    }
 }
 
 /// The state of a segment between two ticks, or that of a segment of as many plants as a number has lanes; vectors are towards d1

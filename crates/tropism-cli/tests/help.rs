@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 28] = [
+const COMMANDS: [&str; 30] = [
     "study",
     "check",
     "run",
@@ -25,6 +25,8 @@ const COMMANDS: [&str; 28] = [
     "show",
     "grow",
     "transfer",
+    "wall",
+    "node",
     "calibrate",
     "report",
     "timelapse",
@@ -64,6 +66,7 @@ fn every_command_shows_an_example() {
             "simulate",
             "grow",
             "transfer",
+            "wall",
             "calibrate",
         ]
         .contains(&command);

@@ -20,6 +20,7 @@
 //! | [`SimulatePlan`](simulate::SimulatePlan), [`ScorePlan`](score::ScorePlan), [`ShowPlan`](show::ShowPlan) | a controller on the model, the fitness of tracks, a network and its decisions |
 //! | [`GrowPlan`](grow::GrowPlan), [`CalibratePlan`](calibrate::CalibratePlan) | virtual beans, and their parameters from tracks |
 //! | [`TransferPlan`](transfer::TransferPlan) | controllers compared on the same unseen virtual plants |
+//! | [`WallPlan`](wall::WallPlan) | virtual plants before a wall of nodes that steer together |
 //! | [`SweepPlan`](sweep::SweepPlan) | seeds times settings of evolutions or of studies of replicates, in one table |
 //! | [`StudyPlan`](study::StudyPlan), [`ReportPlan`](report::ReportPlan) | the whole paper, and pages of figures |
 //!
@@ -72,6 +73,7 @@ pub mod forecast;
 mod finished_run;
 mod figures;
 pub mod transfer;
+pub mod wall;
 pub mod replicates;
 pub mod study;
 pub mod sweep;

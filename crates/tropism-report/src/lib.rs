@@ -38,6 +38,7 @@ mod transfer;
 mod comparison;
 mod forecast;
 mod measure;
+mod wall;
 
 use std::collections::BTreeMap;
 
@@ -63,6 +64,7 @@ pub use speed::speed;
 pub use stems::{LitStem, stems};
 pub use trajectories::{Goals, directions, steering, trajectories};
 pub use transfer::{ControllerScores, SteeredPlant, score_strips, steering_panels};
+pub use wall::{WallPlant, wall};
 
 /// The kind of plants that results come from. Every caption and every page names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -79,6 +79,7 @@ pub mod http;
 pub mod switch;
 mod device;
 pub mod mqtt;
+pub mod node;
 mod child;
 pub mod alert;
 pub mod command;

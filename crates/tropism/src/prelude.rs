@@ -5,6 +5,7 @@ pub use crate::environment::{Environment, run, unwatched};
 pub use crate::evolve::{Champion, Evolution, EvolutionConfig};
 pub use crate::geometry::{Pixel, Point, Polyline, Region};
 pub use crate::lamps::{Lamp, Layout, Light};
+pub use crate::lighting::{Allowed, Lighting};
 pub use crate::observation::{Observation, Quality};
 pub use crate::photo::Photo;
 pub use crate::plant::tip::{TipModel, TipModelConfig};

@@ -58,6 +58,8 @@ pub enum Purpose {
     SelfCheck = 22,
     /// Permutations of plants between groups.
     Permutation = 23,
+    /// Sensors, messages and faults of the nodes of a wall, and its random paths.
+    Nodes = 24,
 }
 
 /// The stream of `seed` for `purpose`, number `index`.

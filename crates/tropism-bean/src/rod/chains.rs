@@ -21,6 +21,7 @@ use tropism::simd::{Kernel, dispatch};
 
 use super::MEGAPASCAL;
 use super::contact::Chain;
+use super::exposure;
 use super::rotation::Rotation;
 use super::{Forcing, Rod, Segment, TAPER_CM};
 use crate::individual::Individual;
@@ -240,7 +241,7 @@ impl<R: Real> Held<R> {
 
 /// The lit lamps: place and power.
 fn lit(forcing: &Forcing) -> impl Iterator<Item = (Vec3, f64)> {
-    forcing.lamps.into_iter().zip(forcing.powers).filter(|(_, power)| *power > 0.0)
+    forcing.lit().map(|number| (forcing.lamps[number], forcing.powers[number]))
 }
 
 /// A plant whose rod is integrated over a tick.
@@ -261,6 +262,8 @@ pub(crate) struct Chains<R> {
     held: Box<Held<R>>,
     /// Number of lamps in [`Held::lamps`] that are lit for some plant.
     lit: usize,
+    /// Share of the light of each lamp in [`Held::lamps`] that reaches each row; empty where all light reaches all rows.
+    exposures: Vec<[R; MAX_LAMPS]>,
     streams: [NoiseStream; LANES],
     /// Working memory for the contacts of one plant.
     chain: Option<Box<Chain>>,
@@ -269,7 +272,15 @@ pub(crate) struct Chains<R> {
 impl<R: Real> Chains<R> {
     pub(crate) fn new() -> Self {
         let streams = [NoiseStream::new(0, tropism::random::Purpose::SegmentNoise, [0; 3]); LANES];
-        Self { rows: Vec::new(), most: 0, held: Box::default(), lit: 0, streams, chain: None }
+        Self {
+            rows: Vec::new(),
+            most: 0,
+            held: Box::default(),
+            lit: 0,
+            exposures: Vec::new(),
+            streams,
+            chain: None,
+        }
     }
 
     /// Integrates the rods of all members over a tick: as many sub-steps as the first member has. Long segments split before.
@@ -314,10 +325,31 @@ impl<R: Real> Chains<R> {
                 row.mass.set_lane(lane, if i == member.rod.leaf { member.forcing.leaf_mass } else { 0.0 });
             }
         }
+        self.expose(members);
         for (lane, member) in members.iter_mut().enumerate() {
             if let Some(internodal) = &member.plant.internodal {
                 let put = |i: usize, motility| self.rows[i].motility.set_lane(lane, motility);
                 member.rod.mature(internodal, member.forcing.age_h, put);
+            }
+        }
+    }
+
+    /// Finds how much of each lamp reaches each row, where lamps have cones or solids cast shadows. Held over the tick.
+    fn expose(&mut self, members: &[Member<'_>]) {
+        self.exposures.clear();
+        if members.iter().all(|member| !exposure::is_limited(member.forcing)) {
+            return;
+        }
+        self.exposures.resize(self.most + 1, [R::splat(1.0); MAX_LAMPS]);
+        for (lane, member) in members.iter().enumerate() {
+            let middles = exposure::middles(member.rod);
+            for (i, row) in self.exposures.iter_mut().enumerate() {
+                // Rows beyond the apex lie at the apex.
+                let middle = middles[i.min(middles.len() - 1)];
+                let shares = exposure::shares(member.rod, member.forcing, middle);
+                for (of_lanes, share) in row.iter_mut().zip(shares) {
+                    of_lanes.set_lane(lane, share);
+                }
             }
         }
     }
@@ -369,12 +401,12 @@ impl<R: Real> Chains<R> {
     #[inline(always)]
     fn rise(&mut self, is_first: bool) -> R {
         let zero = R::splat(0.0);
-        let Self { rows, held, lit, most, .. } = self;
+        let Self { rows, held, lit, exposures, most, .. } = self;
         let rows = &mut rows[..=*most];
         let (mut rotation, mut at) = (Rotation(held.base), [zero; 3]);
         let (mut drift, mut brightest, mut nearest) = (zero, zero, R::splat(f64::INFINITY));
         let mut halfway = [Rotation(held.base); BLOCK];
-        for block in rows.chunks_mut(BLOCK) {
+        for (number, block) in rows.chunks_mut(BLOCK).enumerate() {
             for (row, halfway) in block.iter().zip(&mut halfway) {
                 let curvature = row.curvature_ahead(held);
                 let half = Rotation::of_bend(curvature, row.state.length);
@@ -385,8 +417,14 @@ impl<R: Real> Chains<R> {
                 row.orient(halfway, &mut at);
                 nearest = nearest.min(row.middle[2]);
             }
-            for row in block.iter_mut() {
-                row.illuminate(&held.lamps[..*lit]);
+            if exposures.is_empty() {
+                for row in block.iter_mut() {
+                    row.illuminate(&held.lamps[..*lit], None);
+                }
+            } else {
+                for (row, exposure) in block.iter_mut().zip(&exposures[number * BLOCK..]) {
+                    row.illuminate(&held.lamps[..*lit], Some(exposure));
+                }
             }
             for row in block.iter_mut() {
                 let (change, intensity2) = row.respond(&held.series);
@@ -483,14 +521,18 @@ impl<R: Real> Row<R> {
         }
     }
 
-    /// Irradiance: lamps are point sources (inverse-square law) whose irradiance vectors add up.
+    /// Irradiance: lamps are point sources (inverse-square law) whose irradiance vectors add up. `exposure` is the share of
+    /// each lamp that cones and shadows leave.
     #[inline(always)]
-    fn illuminate(&mut self, lamps: &[[R; 4]]) {
+    fn illuminate(&mut self, lamps: &[[R; 4]], exposure: Option<&[R; MAX_LAMPS]>) {
         self.light = [R::splat(0.0); 3];
-        for [lamp_x, lamp_y, lamp_z, strength] in lamps {
+        for (number, [lamp_x, lamp_y, lamp_z, strength]) in lamps.iter().enumerate() {
             let (x, y, z) = (*lamp_x - self.middle[0], *lamp_y - self.middle[1], *lamp_z - self.middle[2]);
             let distance2 = (x * x + y * y + z * z).max(R::splat(LAMP_RADIUS * LAMP_RADIUS));
-            let share = *strength / (distance2 * distance2.sqrt());
+            let mut share = *strength / (distance2 * distance2.sqrt());
+            if let Some(exposure) = exposure {
+                share = share * exposure[number];
+            }
             self.light[0] += x * share;
             self.light[1] += y * share;
             self.light[2] += z * share;

@@ -56,7 +56,7 @@ const STEEPEST: f64 = 1e-6;
 /// Solids around a rod, and its contacts with them.
 #[derive(Clone, Debug)]
 pub(super) struct Contact {
-    solids: Vec<Solid>,
+    pub(super) solids: Vec<Solid>,
     pub(super) friction: f64,
     /// Sub-steps in which no point of the rod can come near each solid.
     waits: Vec<u32>,

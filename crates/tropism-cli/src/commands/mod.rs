@@ -13,6 +13,7 @@ mod forecast;
 mod grow;
 mod man;
 mod measure;
+mod node;
 mod report;
 mod run;
 mod safe_state;
@@ -29,6 +30,7 @@ mod timelapse;
 mod track;
 mod transfer;
 mod tune;
+mod wall;
 mod watchdog;
 
 use anyhow::Result;
@@ -65,6 +67,8 @@ pub(crate) enum Command {
     Show(show::Show),
     Grow(grow::Grow),
     Transfer(transfer::Transfer),
+    Wall(wall::Wall),
+    Node(node::Node),
     Calibrate(calibrate::Calibrate),
     Report(report::Report),
     Timelapse(timelapse::Timelapse),
@@ -118,6 +122,8 @@ impl Command {
             Self::Show(show) => show.execute(shell),
             Self::Grow(grow) => grow.execute(shell),
             Self::Transfer(transfer) => transfer.execute(shell),
+            Self::Wall(wall) => wall.execute(shell),
+            Self::Node(node) => node.execute(shell),
             Self::Calibrate(calibrate) => calibrate.execute(shell),
             Self::Report(report) => report.execute(shell),
             Self::Timelapse(timelapse) => timelapse.execute(shell),

@@ -1,0 +1,311 @@
+//! A virtual bean before a wall of nodes: it grows free-standing, and the nodes steer it along the drawn path.
+//!
+//! In: a wall, sensors, faults, the controller of the nodes, and seeds of plants. Out: what became of each plant
+//! ([`WallRun`]), judged by its true apex and never by the sensors. A decision is on which side the apex first reaches the
+//! height of a node of the path.
+
+use tropism::lamps::Light;
+use tropism::lighting::Lighting;
+use tropism::math::vector::{Vec3, between, cross, distance, dot, normalize_or};
+use tropism::nodes::{LitPath, NodeController, NodeFaults, NodeRow, NodeWall, Patch, Proximity, WallNodes};
+use tropism::random::{NoiseStream, Purpose};
+use tropism::track::PAPER_PERIOD_MIN;
+
+use super::pose::{Leaf, Pose};
+use super::{Bean, Population, Species};
+
+/// Patches along the blade of a leaf. Chosen: each is shorter than the least distance to a node.
+const LEAF_PATCHES: u32 = 6;
+
+/// An experiment on virtual plants before a wall.
+#[derive(Clone, Debug)]
+pub struct WallTrial<'s> {
+    /// The wall.
+    pub wall: NodeWall,
+    /// The sensors of its nodes.
+    pub sensor: Proximity,
+    /// Faults.
+    pub faults: NodeFaults,
+    /// The species of the plants.
+    pub species: &'s Species,
+    /// Individual variation as a multiple of that of the species.
+    pub scale: f64,
+    /// Minutes from one step to the next.
+    pub period_min: f64,
+    /// For how long the nodes learn the empty scene before the plant is there, in h.
+    pub learning_h: f64,
+    /// Largest number of steps with the plant.
+    pub max_steps: u32,
+}
+
+/// On which side a plant reached the height of a node of the path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decision {
+    /// Number of the node.
+    pub node: usize,
+    /// Number of the step, from 0 when the plant was put there.
+    pub step: u32,
+    /// The true apex at this step, in cm.
+    pub apex: Vec3,
+    /// Whether the node of the path was the nearest one of its level.
+    pub is_right: bool,
+}
+
+/// What became of one plant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WallRun {
+    /// Seed of the plant.
+    pub seed: u64,
+    /// Numbers of the nodes on the drawn path, lowest first.
+    pub path: Vec<usize>,
+    /// Decisions taken, lowest first; fewer than nodes of the path if the plant did not get there.
+    pub decisions: Vec<Decision>,
+    /// Least distance of the true apex to each node of the path in the plane of x and y, in cm.
+    pub nearest_cm: Vec<f64>,
+    /// Steps with the plant.
+    pub steps: u32,
+    /// Hours of lamp light at level 255, summed over all lamps.
+    pub lit_h: f64,
+    /// Numbers of the nodes whose lamp was dead.
+    pub dead_lamps: Vec<usize>,
+    /// The true apex at each step, in cm.
+    pub apex: Vec<Vec3>,
+    /// What each node said at each step with the plant; empty unless asked for.
+    pub rows: Vec<NodeRow>,
+}
+
+impl WallRun {
+    /// Whether the plant took all decisions of the path, and all rightly.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.decisions.len() == self.path.len() && self.decisions.iter().all(|decision| decision.is_right)
+    }
+}
+
+impl<'s> WallTrial<'s> {
+    /// The wall of [`NodeWall::three_levels`] without faults, at the paper's period.
+    #[must_use]
+    pub fn new(species: &'s Species) -> Self {
+        Self {
+            wall: NodeWall::three_levels(),
+            sensor: Proximity::default(),
+            faults: NodeFaults::default(),
+            species,
+            scale: 1.0,
+            period_min: PAPER_PERIOD_MIN,
+            learning_h: 24.0,
+            max_steps: 1000,
+        }
+    }
+
+    /// Grows the plants of `seeds` side by side before a wall of their own each. `controller` makes the controller of each
+    /// node. With `keeps_rows` the runs hold what each node said.
+    ///
+    /// ```
+    /// use tropism::nodes::{NodeController, StateMachine, StateMachineSettings};
+    /// use tropism_bean::{Species, wall::WallTrial};
+    /// let species = Species::default();
+    /// let machine = || Box::new(StateMachine::new(StateMachineSettings::default())) as Box<dyn NodeController>;
+    /// let runs = WallTrial::new(&species).grow(&[1, 2], &machine, false);
+    /// assert!(runs.iter().all(|run| run.is_whole()));
+    /// ```
+    ///
+    /// # Panics
+    /// Unless wall, sensor and faults are checked.
+    pub fn grow(
+        &self,
+        seeds: &[u64],
+        controller: &dyn Fn() -> Box<dyn NodeController>,
+        keeps_rows: bool,
+    ) -> Vec<WallRun> {
+        let mut runs: Vec<Option<WallRun>> = vec![None; seeds.len()];
+        let mut population = Population::new(Vec::new());
+        let mut growing: Vec<(usize, Growing)> = Vec::new();
+        for (place, &seed) in seeds.iter().enumerate() {
+            population.beans.push(self.seedling(seed));
+            growing.push((place, Growing::new(self, seed, controller, keeps_rows)));
+        }
+        while !growing.is_empty() {
+            let mut powers = Vec::with_capacity(growing.len());
+            let mut number = 0;
+            while number < growing.len() {
+                match growing[number].1.decide(self, &population.beans[number]) {
+                    Some(lighting) => {
+                        powers.push(lighting.powers().map(|share| share * self.wall.power));
+                        number += 1;
+                    }
+                    None => {
+                        let (place, ended) = growing.remove(number);
+                        population.beans.remove(number);
+                        runs[place] = Some(ended.run);
+                    }
+                }
+            }
+            population.advance(&powers, self.period_min);
+        }
+        runs.into_iter().flatten().collect()
+    }
+
+    /// Grows the plant of `seed` open loop for `steps` steps: one lamp is lit, or none, another one every `change_h` hours.
+    ///
+    /// # Panics
+    /// Unless the wall is checked.
+    #[must_use]
+    pub fn open_loop(&self, seed: u64, steps: u32, change_h: f64) -> LitPath {
+        let mut bean = self.seedling(seed);
+        let draws = NoiseStream::new(seed, Purpose::Schedule, [0; 3]);
+        let choices = self.wall.nodes.len() + 1;
+        let mut path = LitPath { apex: vec![bean.apex()], lit: Vec::new() };
+        for step in 0..steps {
+            let block = (f64::from(step) * self.period_min / 60.0 / change_h) as u32;
+            let lamp = (draws.at(block).uniform() * choices as f64) as usize;
+            let light = Light::new(lamp).filter(|_| lamp < self.wall.nodes.len());
+            bean.advance_under(light.into(), self.wall.power, self.period_min);
+            path.apex.push(bean.apex());
+            path.lit.push(light.into());
+        }
+        path
+    }
+
+    fn seedling(&self, seed: u64) -> Bean {
+        let layout = self.wall.layout().expect("a checked wall");
+        Bean::new(self.species.draw(seed, self.scale), seed).under(&layout).with_beams(&self.wall.beams())
+    }
+}
+
+/// A plant before its wall.
+struct Growing {
+    nodes: WallNodes,
+    run: WallRun,
+    keeps_rows: bool,
+}
+
+impl Growing {
+    fn new(
+        trial: &WallTrial<'_>,
+        seed: u64,
+        controller: &dyn Fn() -> Box<dyn NodeController>,
+        keeps_rows: bool,
+    ) -> Self {
+        let hours = [trial.period_min / 60.0, trial.learning_h];
+        let mut nodes = WallNodes::new(&trial.wall, &trial.sensor, trial.faults, controller, hours, seed);
+        while nodes.learning_steps_left() > 0 {
+            nodes.step(&[]);
+        }
+        let path = nodes.path().to_vec();
+        let run = WallRun {
+            seed,
+            decisions: Vec::new(),
+            nearest_cm: vec![f64::INFINITY; path.len()],
+            steps: 0,
+            lit_h: 0.0,
+            dead_lamps: nodes.dead_lamps().collect(),
+            apex: Vec::new(),
+            rows: Vec::new(),
+            path,
+        };
+        Self { nodes, run, keeps_rows }
+    }
+
+    /// Judges the plant as it is, and lets the nodes decide; `None` if the experiment is over.
+    fn decide(&mut self, trial: &WallTrial<'_>, bean: &Bean) -> Option<Lighting> {
+        let pose = bean.pose();
+        let (run, apex) = (&mut self.run, pose.apex());
+        run.apex.push(apex);
+        for (&node, nearest) in run.path.iter().zip(&mut run.nearest_cm) {
+            let at = trial.wall.nodes[node].at;
+            *nearest = nearest.min(distance([at[0], at[1]], [apex[0], apex[1]]));
+        }
+        while let Some(&node) = run.path.get(run.decisions.len()) {
+            if apex[1] < trial.wall.nodes[node].at[1] {
+                break;
+            }
+            let is_right = trial.wall.is_nearest(node, apex[0]);
+            run.decisions.push(Decision { node, step: run.steps, apex, is_right });
+        }
+        if run.decisions.len() == run.path.len() || run.steps >= trial.max_steps {
+            return None;
+        }
+        let lighting = self.nodes.step(&patches(&pose));
+        run.steps += 1;
+        run.lit_h += lighting.total() * trial.period_min / 60.0;
+        if self.keeps_rows {
+            run.rows.extend(self.nodes.rows());
+        }
+        Some(lighting)
+    }
+}
+
+/// The surfaces of a plant that echo, as seen along z: segments of the stem, and pieces of the leaves.
+#[must_use]
+pub fn patches(pose: &Pose) -> Vec<Patch> {
+    let segments = pose.stem.windows(2).map(|pair| Patch {
+        at: between(pair[0].at, pair[1].at, 0.5),
+        area: (pair[0].radius + pair[1].radius) * distance(pair[0].at, pair[1].at),
+    });
+    segments.chain(pose.leaves.iter().flat_map(pieces)).collect()
+}
+
+/// Pieces of the blade of a leaf, with the area that they show along z (Lambert's cosine law).
+fn pieces(leaf: &Leaf) -> impl Iterator<Item = Patch> {
+    let blade = leaf.length * (1.0 - Leaf::PETIOLE);
+    // About half of the square around the blade is blade.
+    let area = 0.5 * blade * blade * Leaf::WIDTH;
+    let normal = normalize_or(cross(leaf.along, leaf.across), [0.0, 1.0, 0.0]);
+    let shown = area * dot(normal, [0.0, 0.0, 1.0]).abs() / f64::from(LEAF_PATCHES);
+    let leaf = *leaf;
+    (0..LEAF_PATCHES).map(move |piece| {
+        let share = (f64::from(piece) + 0.5) / f64::from(LEAF_PATCHES);
+        Patch { at: leaf.place(Leaf::PETIOLE + share * (1.0 - Leaf::PETIOLE), 0.0), area: shown }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use tropism::nodes::{Baseline, StateMachine, StateMachineSettings};
+
+    use super::*;
+
+    fn machine() -> Box<dyn NodeController> {
+        Box::new(StateMachine::new(StateMachineSettings::default()))
+    }
+
+    #[test]
+    fn the_state_machine_leads_plants_along_the_path_and_darkness_does_not() {
+        let species = Species::default();
+        let trial = WallTrial::new(&species);
+        let seeds: Vec<u64> = (0..8).collect();
+        let whole = |runs: &[WallRun]| runs.iter().filter(|run| run.is_whole()).count();
+        let steered = trial.grow(&seeds, &machine, true);
+        assert!(whole(&steered) >= 7, "{}", whole(&steered));
+        assert!(steered.iter().all(|run| run.lit_h > 5.0 && !run.rows.is_empty()));
+        let dormant = trial.grow(&seeds, &|| Box::new(Baseline::Dormant), false);
+        // One in eight by chance: four or more have a probability of 1.1 % .
+        assert!(whole(&dormant) <= 3 && dormant.iter().all(|run| run.lit_h == 0.0));
+    }
+
+    #[test]
+    fn plants_side_by_side_are_those_that_grow_alone() {
+        let species = Species::default();
+        let mut trial = WallTrial { max_steps: 120, ..WallTrial::new(&species) };
+        // Only the left lamps have a cone: limited and unlimited lamps stand in one group of lanes.
+        for node in trial.wall.nodes.iter_mut().step_by(2) {
+            node.half_angle_deg = Some(60.0);
+        }
+        let together = trial.grow(&[5, 6, 7], &machine, true);
+        for run in together {
+            assert_eq!(trial.grow(&[run.seed], &machine, true), [run]);
+        }
+    }
+
+    #[test]
+    fn patches_have_the_area_of_the_stem() {
+        let mut bean = Bean::new(Species::default().draw(1, 1.0), 1);
+        bean.advance(&[], 24.0 * 60.0);
+        let pose = bean.pose();
+        let area: f64 = patches(&pose)[..pose.stem.len() - 1].iter().map(|patch| patch.area).sum();
+        let length = bean.length();
+        assert!((2.0 * 0.1 * length..2.0 * 0.2 * length).contains(&area), "{area} for {length} cm");
+        assert!(pose.apex()[1] > 8.0);
+    }
+}

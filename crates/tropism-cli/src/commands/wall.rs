@@ -1,0 +1,173 @@
+//! `tropism wall`: virtual plants before a wall of nodes that steer together.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use tropism::nodes::{NodeEvolutionConfig, NodeFaults};
+use tropism_lab::files::shell_word;
+use tropism_lab::wall::{EvolveNodesPlan, NodeRule, NodesFile, WallFile, WallPlan, WallResults};
+
+use crate::options::{BeanOption, SeedOption, checked_scale};
+use crate::progress::execute_and_print;
+use crate::shell::Shell;
+
+/// Simulate plants before a wall of nodes that steer together
+///
+/// A node is a lamp with a proximity sensor. Nodes hear their neighbours only; they hand the light over from node to node
+/// along a drawn path. A decision is right if the plant reaches the height of a node of the path on its side of the wall.
+/// The plants are virtual, and the same for all rules.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  tropism wall tasks/wall.toml --rules machine,dormant,path-lit --out wall\n  \
+                  tropism wall tasks/wall.toml --faults lost=0.9,restarts-per-day=1\n  \
+                  tropism wall tasks/wall.toml --evolve nodes.json --generations 40 --seed 1\n\n\
+                  Rules: machine (the hand-written state machine), dormant, all-lit, path-lit, or a file of --evolve\n\
+                  Faults: lost (share of messages), late-h, restarts-per-day, forgets=true, and numbers of nodes of\n\
+                  the path: blind, silent, dead-lamps, killed"
+)]
+pub(crate) struct Wall {
+    /// Wall file: nodes, links, path, sensor; by default three levels of two nodes, with random paths
+    #[arg(value_name = "WALL.toml")]
+    wall: Option<PathBuf>,
+
+    /// Rules that run in the nodes
+    #[arg(long, value_delimiter = ',', default_value = "machine,dormant", value_parser = parse_rule, value_name = "RULE,...")]
+    rules: Vec<NodeRule>,
+
+    /// Number of virtual plants
+    #[arg(long, default_value_t = 90, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    plants: u32,
+
+    /// Largest number of steps of five minutes with the plant
+    #[arg(long, default_value_t = 1000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    steps: u32,
+
+    /// Hours for which the nodes learn the empty scene before
+    #[arg(long, default_value_t = 24.0, value_name = "H")]
+    learning: f64,
+
+    /// Faults of nodes and messages, such as blind=1,lost=0.3
+    #[arg(long, value_parser = parse_faults, value_name = "NAME=VALUE,...")]
+    faults: Option<NodeFaults>,
+
+    #[command(flatten)]
+    bean: BeanOption,
+
+    /// Individual variation as a multiple of that of the species, 0 to 2
+    #[arg(long, default_value_t = 1.0, value_name = "X")]
+    scale: f64,
+
+    /// Evolve a network for all nodes on a model of open-loop plants, and write it to FILE instead
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["rules", "plants", "steps", "learning", "faults", "out"])]
+    evolve: Option<PathBuf>,
+
+    /// Generations of --evolve
+    #[arg(long, default_value_t = 40, requires = "evolve", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    generations: u32,
+
+    /// Folder for figures and for what each node said
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Replace existing files
+    #[arg(long)]
+    force: bool,
+
+    #[command(flatten)]
+    seed: SeedOption,
+}
+
+impl Wall {
+    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        let file = self.wall.as_deref().map(WallFile::read).transpose()?.unwrap_or_default();
+        for warning in file.warnings() {
+            shell.note(&format!("warning: {warning}"));
+        }
+        let (species, scale) = (self.bean.load()?.unwrap_or_default(), checked_scale(self.scale)?);
+        if let Some(out) = self.evolve {
+            let config =
+                NodeEvolutionConfig { generations: self.generations, ..NodeEvolutionConfig::default() };
+            let (seed, replace) = (self.seed.seed, self.force);
+            let plan =
+                EvolveNodesPlan { file, config, species, scale, seed, out, replace, ..Default::default() };
+            return execute_and_print(&plan, shell, |results| text_of_evolution(&plan, results));
+        }
+        let plan = WallPlan {
+            file,
+            rules: self.rules,
+            plants: self.plants,
+            species,
+            scale,
+            faults: self.faults.unwrap_or_default(),
+            learning_h: self.learning,
+            max_steps: self.steps,
+            seed: self.seed.seed,
+            out: self.out,
+            replace: self.force,
+            ..WallPlan::default()
+        };
+        execute_and_print(&plan, shell, |results| text(&plan, results))
+    }
+}
+
+fn text(plan: &WallPlan, results: &WallResults) -> String {
+    let mut text = format!(
+        "{} virtual plants before {} nodes; 95 % intervals\n{:<9} {:<30} {:<30} {:<30} {:>6}\n",
+        plan.plants,
+        plan.file.wall.nodes.len(),
+        "rule",
+        "decisions right",
+        "whole paths",
+        "within 2 cm of the node",
+        "lit h"
+    );
+    for of in &results.rules {
+        let [right, whole, near] = [of.right, of.whole, of.near].map(|share| share.in_words());
+        text += &format!("{:<9} {right:<30} {whole:<30} {near:<30} {:>6.1}\n", of.rule.name(), of.lit_h);
+        if let Some(above) = of.above_dead_lamp {
+            text += &format!("{:<9} above the dead lamp: {}\n", "", above.in_words());
+        }
+    }
+    if let Some(out) = &plan.out {
+        text += &format!("wrote {} files into {}", results.files.len(), out.display());
+    }
+    text.trim_end().to_owned()
+}
+
+fn text_of_evolution(plan: &EvolveNodesPlan, NodesFile { nodes, .. }: &NodesFile) -> String {
+    let out = plan.out.display();
+    format!(
+        "fitness {:.2} on {} fresh plants of the model: {:.0} % of decisions right, {:.0} % of whole paths, {:.1} h of light\n\
+         generation {}, {} networks scored, {} links\nwrote {out}\nnext: tropism wall WALL.toml --rules machine,{}",
+        nodes.test.fitness,
+        plan.config.test_plants,
+        100.0 * nodes.test.right,
+        100.0 * nodes.test.whole,
+        nodes.test.lit_h,
+        nodes.generation,
+        nodes.evaluations,
+        nodes.genome.links().len(),
+        shell_word(&plan.out),
+    )
+}
+
+fn parse_rule(text: &str) -> Result<NodeRule, String> {
+    let all = [NodeRule::Machine, NodeRule::Dormant, NodeRule::AllLit, NodeRule::PathLit];
+    let known = all.each_ref().map(NodeRule::name).join(", ");
+    if text.ends_with(".json") {
+        return Ok(NodeRule::Evolved(text.into()));
+    }
+    all.into_iter()
+        .find(|rule| rule.name() == text)
+        .ok_or_else(|| format!("wanted {known} or a file of --evolve (.json)"))
+}
+
+fn parse_faults(text: &str) -> Result<NodeFaults, String> {
+    let settings = text.replace('-', "_").replace(',', "\n");
+    let faults: NodeFaults = toml::from_str(&settings).map_err(|error| {
+        format!("{}; wanted names and values such as blind=1,lost=0.3", error.message().trim())
+    })?;
+    faults.check().map_err(|error| error.to_string())?;
+    Ok(faults)
+}

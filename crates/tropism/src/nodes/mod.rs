@@ -1,0 +1,33 @@
+//! Nodes that steer together: lamps with a proximity sensor each, which hear their neighbours and nobody else.
+//!
+//! A [`NodeWall`] says where the nodes are, which are linked, and which path is drawn. Each node sees the echo of what is
+//! near ([`Proximity`]), tells a plant from daylight and noise ([`EchoDetector`]), and decides on its own lamp
+//! ([`NodeController`]): [`StateMachine`] hands the light over from node to node along the path, and [`NodeEvolution`] evolves a
+//! [network](NetworkNode) that does, on a model of the tip ([`WallTip`]). [`WallNodes`] steps all
+//! nodes of a wall with their messages and faults. No node knows where the plant is, and there is no central process.
+//!
+//! The idea is that of the decentralised set-up in section 5 of Wahby et al. 2016 and its successors. The state machine, the
+//! model of the sensor and all numbers are ours.
+//!
+//! # References
+//! Wahby et al. 2018, doi:10.1098/rsos.180296, and Wahby et al. 2019, doi:10.3791/59835 (both by their abstracts).
+
+mod proximity;
+mod wall;
+mod detector;
+mod controller;
+mod machine;
+mod network;
+mod running;
+mod tip;
+mod search;
+
+pub use controller::{Baseline, Neighbour, NodeController, NodeMessage, NodeView};
+pub use detector::{DetectorMemory, DetectorSettings, Echo, EchoDetector, Learned};
+pub use machine::{StateMachine, StateMachineSettings};
+pub use network::{NETWORK_INPUTS, NETWORK_OUTPUTS, NetworkNode};
+pub use proximity::{Optics, Patch, Proximity};
+pub use running::{NodeFaults, NodeRow, WallNodes};
+pub use search::{EvolvedNodes, NodeEvolution, NodeEvolutionConfig, NodeScore};
+pub use tip::{GrowingTip, LitPath, WallTip};
+pub use wall::{NodeSpec, NodeWall, WallError, WallPath};

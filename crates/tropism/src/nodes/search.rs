@@ -1,0 +1,240 @@
+//! Evolution of the network of all nodes, on a model of the tip.
+//!
+//! In: a wall, a fitted [`WallTip`] and a seed. Out: the network that did best on plants of the model which it never met. The
+//! idea: one genome is one network, which runs in every node of the wall. Its fitness is the mean over plants of the share of
+//! right decisions, plus 1 for a whole path, less a cost for light. Each generation has new plants.
+//!
+//! A node that says "done" gains nothing until the next one waits for it, so a population easily loses the hand-over again.
+//! That is why the best network of each generation is kept and tested on fresh plants at the end.
+
+use std::ops::ControlFlow;
+
+use serde::{Deserialize, Serialize};
+use tropism_neat::{Activation, Config, Genome, Neat, NeatError};
+
+use super::controller::NodeController;
+use super::detector::DetectorSettings;
+use super::network::{NETWORK_INPUTS, NETWORK_OUTPUTS, NetworkNode};
+use super::proximity::Proximity;
+use super::running::{NodeFaults, WallNodes};
+use super::tip::WallTip;
+use super::wall::NodeWall;
+use crate::check::{self, OutOfRange};
+use crate::math::statistics::mean;
+use crate::parallel;
+use crate::random::{self, Purpose};
+
+/// Hours of learning before a plant of the model. Chosen: enough for the spread of the noise.
+const LEARNING_H: f64 = 6.0;
+/// Most steps with a plant. Chosen: growth from 4 to 18 cm takes some 470.
+const MAX_STEPS: u32 = 800;
+
+/// Settings of a [`NodeEvolution`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NodeEvolutionConfig {
+    /// Generations, 1 to 100000.
+    pub generations: u32,
+    /// Plants on which each network of a generation is scored, 1 to 10000.
+    pub plants: u32,
+    /// Fresh plants on which the best of each generation are tested at the end, 1 to 100000.
+    pub test_plants: u32,
+    /// Fitness that an hour of light of one lamp costs, 0 to 1.
+    pub light_cost: f64,
+    /// Parameters of NEAT.
+    pub neat: Config,
+}
+
+impl Default for NodeEvolutionConfig {
+    /// The paper's NEAT with smooth neurons of the usual slope 4.9 (Stanley and Miikkulainen 2002, section 4.1) and weights up
+    /// to 20.
+    fn default() -> Self {
+        let neat = Config {
+            population: 60,
+            output_activation: Activation::UnsignedSigmoid,
+            hidden_activation: Activation::UnsignedSigmoid,
+            activation_a: 4.9,
+            max_weight: 20.0,
+            ..Config::wahby2016()
+        };
+        Self { generations: 40, plants: 20, test_plants: 200, light_cost: 0.002, neat }
+    }
+}
+
+impl NodeEvolutionConfig {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] names the key.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        check::within("generations", self.generations, 1..=100_000)?;
+        check::within("plants", self.plants, 1..=10_000)?;
+        check::within("test_plants", self.test_plants, 1..=100_000)?;
+        check::within("light_cost", self.light_cost, 0.0..=1.0)
+    }
+}
+
+/// What a network did before one plant, or the mean over several.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NodeScore {
+    /// Fitness.
+    pub fitness: f64,
+    /// Share of right decisions of all nodes of the path.
+    pub right: f64,
+    /// Share of plants that went the whole path.
+    pub whole: f64,
+    /// Hours of lamp light.
+    pub lit_h: f64,
+}
+
+/// The network that an evolution found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EvolvedNodes {
+    /// The network of each node.
+    pub genome: Genome,
+    /// How its echo detector is set.
+    pub detector: DetectorSettings,
+    /// What it did on fresh plants of the model.
+    pub test: NodeScore,
+    /// Generation from which it is.
+    pub generation: u32,
+    /// Networks that were scored.
+    pub evaluations: u64,
+}
+
+/// Evolution of the network of all nodes of a wall.
+pub struct NodeEvolution<'a> {
+    /// The wall.
+    pub wall: &'a NodeWall,
+    /// The sensor of each node.
+    pub sensor: &'a Proximity,
+    /// How the echo detector of each node is set.
+    pub detector: DetectorSettings,
+    /// The model of the tip.
+    pub model: &'a WallTip,
+    /// Settings.
+    pub config: &'a NodeEvolutionConfig,
+}
+
+impl NodeEvolution<'_> {
+    /// Evolves from `seed`. `watch` hears the generation and its best fitness, and may break off; then there is no result.
+    ///
+    /// # Errors
+    /// [`NeatError`] if NEAT's parameters are out of range.
+    pub fn evolve(
+        &self,
+        seed: u64,
+        watch: &dyn Fn(u32, f64) -> ControlFlow<()>,
+    ) -> Result<Option<EvolvedNodes>, NeatError> {
+        let mut neat = Neat::new(self.config.neat.clone(), NETWORK_INPUTS, NETWORK_OUTPUTS, seed)?;
+        let mut candidates: Vec<(u32, Genome)> = Vec::new();
+        for generation in 0..self.config.generations {
+            // New plants in each generation, the same for all its networks.
+            let plants = random::derive(seed, Purpose::Run, generation.into());
+            let scores = neat.evaluate(|genome, _| self.score(genome, plants, self.config.plants).fitness);
+            let best = (0..scores.len()).max_by(|&one, &other| scores[one].total_cmp(&scores[other]));
+            let Some(best) = best else { return Ok(None) };
+            candidates.push((generation, neat.ask()[best].clone()));
+            neat.tell(&scores)?;
+            if watch(generation, scores[best]).is_break() {
+                return Ok(None);
+            }
+        }
+        let fresh = random::derive(seed, Purpose::Trial, 0);
+        let tests = parallel::map(candidates.len(), |number| {
+            self.score(&candidates[number].1, fresh, self.config.test_plants)
+        });
+        let best =
+            (0..tests.len()).max_by(|&one, &other| tests[one].fitness.total_cmp(&tests[other].fitness));
+        Ok(best.map(|best| EvolvedNodes {
+            genome: candidates[best].1.clone(),
+            detector: self.detector,
+            test: tests[best],
+            generation: candidates[best].0,
+            evaluations: neat.evaluations(),
+        }))
+    }
+
+    /// The mean score of a network over `plants` plants of the model.
+    #[must_use]
+    pub fn score(&self, genome: &Genome, seed: u64, plants: u32) -> NodeScore {
+        let scores: Vec<NodeScore> = (0..plants).map(|plant| self.episode(genome, seed, plant)).collect();
+        let of = |value: fn(&NodeScore) -> f64| mean(scores.iter().map(value));
+        NodeScore {
+            fitness: of(|score| score.fitness),
+            right: of(|score| score.right),
+            whole: of(|score| score.whole),
+            lit_h: of(|score| score.lit_h),
+        }
+    }
+
+    fn episode(&self, genome: &Genome, seed: u64, plant: u32) -> NodeScore {
+        let controller = || {
+            Box::new(NetworkNode::new(genome, self.detector).expect("inputs and outputs of a node"))
+                as Box<dyn NodeController>
+        };
+        let wall_seed = random::derive(seed, Purpose::Nodes, plant.into());
+        let period_h = self.model.period_h;
+        let faults = NodeFaults::default();
+        let mut nodes =
+            WallNodes::new(self.wall, self.sensor, faults, controller, [period_h, LEARNING_H], wall_seed);
+        while nodes.learning_steps_left() > 0 {
+            nodes.step(&[]);
+        }
+        let path = nodes.path().to_vec();
+        let mut tip = self.model.seedling(seed, plant);
+        let (mut right, mut taken, mut lit_h) = (0, 0, 0.0);
+        for _ in 0..MAX_STEPS {
+            while let Some(&node) =
+                path.get(taken).filter(|&&node| tip.at()[1] >= self.wall.nodes[node].at[1])
+            {
+                right += u32::from(self.wall.is_nearest(node, tip.at()[0]));
+                taken += 1;
+            }
+            if taken == path.len() {
+                break;
+            }
+            let lighting = nodes.step(&tip.patches());
+            lit_h += lighting.total() * period_h;
+            tip.step(self.wall, lighting);
+        }
+        let right = f64::from(right) / path.len() as f64;
+        let whole = if right >= 1.0 { 1.0 } else { 0.0 };
+        NodeScore { fitness: right + whole - self.config.light_cost * lit_h, right, whole, lit_h }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MODEL: WallTip = WallTip {
+        factors: [0.9, 0.01, -0.005],
+        noise_cm: 0.05,
+        growth_cm: [0.03, 0.003, 0.01],
+        start_cm: 4.0,
+        power: 0.4,
+        memory_h: 1.0,
+        period_h: 1.0 / 12.0,
+    };
+
+    #[test]
+    fn evolution_is_that_of_its_seed_and_beats_its_first_networks() {
+        let wall = NodeWall::levels(&[6.0, 8.0]);
+        let mut config =
+            NodeEvolutionConfig { generations: 4, plants: 3, test_plants: 6, ..Default::default() };
+        config.neat.population = 12;
+        let evolution = NodeEvolution {
+            wall: &wall,
+            sensor: &Proximity::default(),
+            detector: DetectorSettings::default(),
+            model: &MODEL,
+            config: &config,
+        };
+        let run = || evolution.evolve(3, &|_, _| ControlFlow::Continue(())).unwrap().unwrap();
+        let found = run();
+        assert_eq!(found, run());
+        assert!(found.evaluations >= 36 && found.test.fitness.is_finite());
+        assert!(evolution.evolve(3, &|_, _| ControlFlow::Break(())).unwrap().is_none());
+    }
+}
