@@ -94,7 +94,7 @@ impl StemRecord {
             _ => 0.0,
         };
         let frames =
-            track.samples.iter().filter(|sample| sample.quality != Quality::Held).filter_map(|sample| {
+            track.samples.iter().filter(|sample| sample.quality != Quality::CarriedForward).filter_map(|sample| {
                 let stem: [Point; STEM_POINTS] =
                     sample.stem.as_ref()?.resampled(STEM_POINTS).0.try_into().ok()?;
                 stem.iter().all(|point| point.is_finite()).then_some((
