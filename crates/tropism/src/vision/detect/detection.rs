@@ -73,12 +73,14 @@ pub struct Detection {
 impl Detection {
     /// With its points rounded to a thousandth of a pixel, so that a text holds all of it.
     #[must_use]
-    pub fn rounded(mut self) -> Self {
+    pub fn rounded(self) -> Self {
         let rounded = |value: f64| (value * 1e3).round() / 1e3;
         let round = |pixel: Pixel| Pixel::new(rounded(pixel.x), rounded(pixel.y));
-        self.tip = round(self.tip);
-        self.apex = self.apex.map(round);
-        self.stem = self.stem.map(|stem| stem.into_iter().map(round).collect());
-        self
+        Self {
+            tip: round(self.tip),
+            apex: self.apex.map(round),
+            stem: self.stem.map(|stem| stem.into_iter().map(round).collect()),
+            ..self
+        }
     }
 }
