@@ -38,6 +38,8 @@ pub enum DoubtKind {
     TipAtEdge,
     /// Another plant touches it in a tenth of the photographs or more.
     PlantsTouch,
+    /// What was detected never moves.
+    NeverMoves,
     /// The scale is that of the paper's camera, because the plan gives none.
     ScaleAssumed,
     /// The photographs have nothing to do with each other, so their order is no motion.
@@ -61,6 +63,7 @@ pub(super) struct Evidence<'a> {
     pub(super) feet: &'a [Pixel],
     pub(super) is_scale_assumed: bool,
     pub(super) is_unrelated: bool,
+    pub(super) never_moves: bool,
     /// The direction in which the plant grows.
     pub(super) up: Direction,
 }
@@ -69,6 +72,7 @@ impl Evidence<'_> {
     /// The doubts, the gravest first.
     pub(super) fn doubts(&self) -> Vec<Doubt> {
         let all = [
+            self.never_moves(),
             self.few_measured(),
             self.root_elsewhere(),
             self.tip_at_edge(),
@@ -77,6 +81,12 @@ impl Evidence<'_> {
             self.unrelated(),
         ];
         all.into_iter().flatten().collect()
+    }
+
+    fn never_moves(&self) -> Option<Doubt> {
+        let advice =
+            "what was detected never moves: is it the plant? `guide` writes a page to click its tip on";
+        self.never_moves.then(|| Doubt::new(DoubtKind::NeverMoves, advice.to_owned()))
     }
 
     fn few_measured(&self) -> Option<Doubt> {

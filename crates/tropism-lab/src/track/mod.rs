@@ -10,11 +10,13 @@
 mod columns;
 mod series;
 mod plants;
+mod clicks;
 mod overlays;
 mod light;
 mod journal;
 mod table;
 mod doubt;
+mod phantom;
 mod provenance;
 mod plan;
 mod locate;
@@ -23,6 +25,7 @@ mod pipeline;
 mod results;
 mod guide;
 
+pub use clicks::{PlantClick, PlantClicks};
 pub use columns::point_at;
 pub use doubt::{Doubt, DoubtKind, doubts_of};
 pub use guide::{GuidePlan, GuideResults};
@@ -81,7 +84,8 @@ impl TrackPlan {
             files::make_folder(folder)?;
         }
         let settings = TrackSettings::new(self, &plants);
-        let mut pipeline = Pipeline::new(self, series, &plants, lights, &settings)?;
+        let clicked = clicks::follow(&self.plants, &plants, series, monitor)?;
+        let mut pipeline = Pipeline::new(self, series, &plants, clicked, lights, &settings)?;
         pipeline.run(monitor)?;
         pipeline.finish(settings)
     }
