@@ -40,6 +40,8 @@ pub enum DoubtKind {
     PlantsTouch,
     /// What was detected never moves.
     NeverMoves,
+    /// The background is not found again in a tenth of the photographs or more: the camera was turned, or its lens moved.
+    BackgroundLost,
     /// The scale is that of the paper's camera, because the plan gives none.
     ScaleAssumed,
     /// The photographs have nothing to do with each other, so their order is no motion.
@@ -77,6 +79,7 @@ impl Evidence<'_> {
             self.root_elsewhere(),
             self.tip_at_edge(),
             self.plants_touch(),
+            self.background_lost(),
             self.scale_assumed(),
             self.unrelated(),
         ];
@@ -156,6 +159,21 @@ impl Evidence<'_> {
                     "in {touched} of {} another plant touches it, whose tip may be taken for its own where it is higher: end \
                      the `region` between them",
                     plural(frames, "photograph")
+                ),
+            )
+        })
+    }
+
+    fn background_lost(&self) -> Option<Doubt> {
+        let TrackCounts { frames, camera, .. } = self.counts;
+        is_often(camera.unknown, *frames).then(|| {
+            Doubt::new(
+                DoubtKind::BackgroundLost,
+                format!(
+                    "the background of the first photographs is not found again in {} of {}: the camera may have been \
+                     turned, so that all cm are wrong there. Track the photographs before and after apart",
+                    camera.unknown,
+                    plural(*frames, "photograph")
                 ),
             )
         })

@@ -139,7 +139,7 @@ class CalibrationResults(Results):
 class Doubt(Results):
     """What speaks against a track."""
 
-    #: few_measured, root_elsewhere, tip_at_edge, plants_touch, scale_assumed or unrelated.
+    #: never_moves, few_measured, root_elsewhere, tip_at_edge, plants_touch, background_lost, scale_assumed or unrelated.
     kind: str
     #: What was found, and what to do.
     advice: str

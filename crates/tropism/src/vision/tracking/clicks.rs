@@ -128,3 +128,59 @@ pub fn blend(
 fn one_sided(at: Pixel, frames: usize) -> Option<FollowedPlace> {
     Some(FollowedPlace { at, confidence: ONE_SIDED / (1.0 + frames as f64 / HALF_LIFE) })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const FRAMES: usize = 21;
+
+    /// A point that moves steadily, followed with so much drift a photograph, to the right forwards and to the left backwards.
+    fn places(drift: f64, clicks: &[usize]) -> Vec<Option<FollowedPlace>> {
+        let truth = |frame: usize| Pixel::new(100.0 + 3.0 * frame as f64, 50.0);
+        let clicks: Vec<Click> = clicks.iter().map(|&frame| Click { frame, at: truth(frame) }).collect();
+        let drifted = |frame: usize, from: Option<&Click>, side: f64| {
+            let age = from?.frame.abs_diff(frame) as f64;
+            Some(truth(frame) + Pixel::new(side * drift * age, 0.0))
+        };
+        let before = |frame: usize| clicks.iter().rfind(|click| click.frame <= frame);
+        let after = |frame: usize| clicks.iter().find(|click| click.frame >= frame);
+        let forward: Vec<_> = (0..FRAMES).map(|frame| drifted(frame, before(frame), 1.0)).collect();
+        let backward: Vec<_> = (0..FRAMES).map(|frame| drifted(frame, after(frame), -1.0)).collect();
+        let found = blend(&clicks, &forward, &backward, 5.0);
+        for (frame, place) in found.iter().enumerate().filter(|_| clicks.len() > 1) {
+            let place = place.unwrap();
+            assert!(place.at.distance(truth(frame)) <= drift * FRAMES as f64, "{frame}: {place:?}");
+        }
+        found
+    }
+
+    proptest! {
+        #[test]
+        fn clicks_are_certain_and_doubt_grows_with_drift(drift in 0.0..2.0, more in 0.0..1.0) {
+            let (found, worse) = (places(drift, &[0, 10, 20]), places(drift + more, &[0, 10, 20]));
+            for frame in [0, 10, 20] {
+                prop_assert_eq!(found[frame].unwrap().confidence, 1.0);
+            }
+            for (one, other) in found.iter().zip(&worse) {
+                prop_assert!(one.unwrap().confidence >= other.unwrap().confidence);
+            }
+        }
+    }
+
+    #[test]
+    fn drift_the_same_from_both_sides_cancels_in_the_middle() {
+        let middle = places(0.4, &[0, 20])[10].unwrap();
+        assert!((middle.at.x - 130.0).abs() < 1e-9, "{middle:?}");
+        // 8 pixels apart at a tolerance of 5.
+        assert!((middle.confidence - AGREED * 0.4).abs() < 1e-9, "{middle:?}");
+    }
+
+    #[test]
+    fn after_the_last_click_confidence_falls() {
+        let found = places(0.0, &[5]);
+        let confidence = |frame: usize| found[frame].unwrap().confidence;
+        assert!(confidence(6) < ONE_SIDED && confidence(20) < confidence(6) && confidence(0) < confidence(4));
+    }
+}

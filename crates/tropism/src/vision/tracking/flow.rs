@@ -30,7 +30,7 @@ const STILL: f32 = 0.01;
 
 /// Smaller eigenvalue of the mean gradient matrix, in squared grey levels a sample, below which a window shows too little
 /// structure.
-const LEAST_STRUCTURE: f32 = 0.5;
+const LEAST_STRUCTURE: f32 = 0.1;
 
 /// Ratio of contrasts of two windows up to which light may have changed.
 const MOST_GAIN: f32 = 3.0;
@@ -171,7 +171,7 @@ impl Template {
         let wide = window(plane, place, side + 2);
         let row = side + 2;
         let (mut values, mut gradient) = (Vec::with_capacity(side * side), Vec::with_capacity(side * side));
-        let [mut xx, mut xy, mut yy] = [0.0; 3];
+        let [mut xx, mut xy, mut yy, mut weights] = [0.0; 4];
         // Square of the distance from the middle, as a share of the radius.
         let offset = |at: usize| {
             let share = 2.0 * at as f32 / (side + 1) as f32 - 1.0;
@@ -186,12 +186,13 @@ impl Template {
                 let inside = (1.0 - offset(x) - offset(y)).max(0.0);
                 let weight = inside * inside;
                 gradient.push([weight * dx, weight * dy]);
+                weights += weight;
                 (xx, xy, yy) = (xx + weight * dx * dx, xy + weight * dx * dy, yy + weight * dy * dy);
             }
         }
         let half_difference = 0.5 * (xx - yy);
         let smaller = 0.5 * (xx + yy) - (half_difference * half_difference + xy * xy).sqrt();
-        if smaller < LEAST_STRUCTURE * values.len() as f32 {
+        if smaller < LEAST_STRUCTURE * weights {
             return None;
         }
         let determinant = xx * yy - xy * xy;
