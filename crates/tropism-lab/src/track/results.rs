@@ -59,7 +59,6 @@ pub struct PlantTrack {
     /// Whether region and root were found by the plant's motion, because the plan gives neither.
     pub is_located: bool,
     /// What was clicked on the plant.
-    #[serde(skip_serializing_if = "PlantClicks::is_empty")]
     pub clicks: PlantClicks,
     /// The photograph in which another click on the tip would help most; `None` where all have a tip.
     pub next_click: Option<String>,

@@ -179,6 +179,10 @@ class PlantTrack(Results):
     calibration_is_assumed: bool
     #: Whether region and root were found by the plant's motion.
     is_located: bool
+    #: Clicks of the plan: tip, node, root.
+    clicks: Mapping[str, Any]
+    #: The photograph in which a click on the tip would help most; None if all have a tip.
+    next_click: str | None
     #: Whether the photographs were taken as unrelated.
     is_each: bool
     doubts: list[Doubt]
