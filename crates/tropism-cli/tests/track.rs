@@ -320,7 +320,7 @@ fn a_clicked_tip_is_followed_and_a_click_elsewhere_is_refused() {
 fn what_never_moves_is_no_plant() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("photos")).unwrap();
-    for step in 0..14 {
+    for step in 0..24 {
         let mut image = dark();
         stem(&mut image, 60, 30);
         // Something else changes, so that photographs are no repetitions.
