@@ -9,8 +9,9 @@
 
 mod columns;
 mod series;
-mod plants;
 mod clicks;
+mod plants;
+mod follow;
 mod overlays;
 mod light;
 mod journal;
@@ -84,7 +85,7 @@ impl TrackPlan {
             files::make_folder(folder)?;
         }
         let settings = TrackSettings::new(self, &plants);
-        let clicked = clicks::follow(&self.plants, &plants, series, monitor)?;
+        let clicked = follow::follow(&self.plants, &plants, series, monitor)?;
         let mut pipeline = Pipeline::new(self, series, &plants, clicked, lights, &settings)?;
         pipeline.run(monitor)?;
         pipeline.finish(settings)

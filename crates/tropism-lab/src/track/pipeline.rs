@@ -11,7 +11,7 @@ use tropism::photo::{Image, Photo};
 use tropism::vision::raster::source::PixelSource;
 use tropism::vision::{self, FrameStatus, TipTracker, VisionError, lamp_state};
 
-use super::clicks::ClickedPlant;
+use super::follow::ClickedPlant;
 use super::journal::{FrameDetections, FrameJournal, PlantDetection};
 use super::overlays::{Annotation, Overlays};
 use super::plan::TrackPlan;
