@@ -12,6 +12,7 @@ use tropism_bean::Species;
 use tropism_bean::fault::Faults;
 use tropism_bean::tent::Greenhouse;
 use tropism_lab::calibrate_camera::{Mark, ScaleSource};
+use tropism_lab::track::PlantClick;
 use tropism_lab::{files, task};
 
 /// The task.
@@ -219,6 +220,18 @@ pub(crate) fn parse_pair(text: &str) -> Result<[f64; 2], String> {
     let (first, second) = text.split_once(',').ok_or(wanted)?;
     let number = |part: &str| part.trim().parse().ok().filter(|value: &f64| value.is_finite()).ok_or(wanted);
     Ok([number(first)?, number(second)?])
+}
+
+/// A click on a photograph: its name or number, and a pixel.
+pub(crate) fn parse_click(text: &str) -> Result<PlantClick, String> {
+    let wanted = "wanted a photograph's name or number and a pixel, such as 0001.jpg,364,336";
+    let (rest, y) = text.rsplit_once(',').ok_or(wanted)?;
+    let (photograph, x) = rest.rsplit_once(',').ok_or(wanted)?;
+    let number = |part: &str| part.trim().parse().ok().filter(|value: &f64| value.is_finite()).ok_or(wanted);
+    if photograph.is_empty() {
+        return Err(wanted.to_owned());
+    }
+    Ok(PlantClick { photograph: photograph.to_owned(), x: number(x)?, y: number(y)? })
 }
 
 /// Two pixels and the cm between them, `30,420,195,421=15`.

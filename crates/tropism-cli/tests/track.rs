@@ -291,6 +291,50 @@ fn several_plants_have_a_track_each() {
 }
 
 #[test]
+fn a_clicked_tip_is_followed_and_a_click_elsewhere_is_refused() {
+    let folder = folder();
+    let line = "track photos --base 85,79 --scale 5 --light none --out c.csv";
+    let words = succeeds(
+        &folder,
+        &format!("{line} --tip 1,85,50 --tip cam_20240501_130500.jpg,85,39 --node 1,85,55"),
+    );
+    assert!(words.contains("12 measured, 0 held"), "{words}");
+    let tops = track(&folder, "c.csv").numbers("top_y_px").unwrap();
+    assert!(tops.iter().zip(0..).all(|(top, step)| (top - f64::from(50 - step)).abs() < 2.0), "{tops:?}");
+    let found = json(&folder, "c.json");
+    assert_eq!(found["clicks"]["tip"].as_array().unwrap().len(), 2);
+    assert!(found["next_click"].is_null());
+    for (clicks, wanted) in [
+        ("--tip 13,85,50", "\"13\", which is not in the series"),
+        ("--tip a.jpg,85,50", "which is not in the series"),
+        ("--tip 1,85,500", "outside of the photograph"),
+        ("--tip 85,50", "wanted a photograph's name or number and a pixel"),
+        ("--roi 5,5,60,75 --roi 70,5,50,75 --base 85,79 --tip 1,67,50", "none or several of the plants"),
+    ] {
+        let (code, _, error) = tropism(folder.path(), &format!("{line} {clicks} --force"));
+        assert!(code != 0 && error.contains(wanted), "{clicks}: {error}");
+    }
+}
+
+#[test]
+fn what_never_moves_is_no_plant() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("photos")).unwrap();
+    for step in 0..24 {
+        let mut image = dark();
+        stem(&mut image, 60, 30);
+        // Something else changes, so that photographs are no repetitions.
+        image.rgb[3 * step..][..3].fill(250);
+        fs::write(folder.path().join(format!("photos/{step}.jpg")), image.to_jpeg(92).unwrap()).unwrap();
+    }
+    let (code, _, error) = tropism(folder.path(), "track photos --light none --out t.csv");
+    assert!(code != 0 && error.contains("never moves") && error.contains("--guide"), "{error}");
+    assert!(!folder.path().join("t.csv").exists());
+    succeeds(&folder, "track photos --light none --roi 40,5,40,75 --base 60,79 --scale 5 --out t.csv");
+    assert_eq!(json(&folder, "t.json")["warnings"][0]["kind"], "never_moves");
+}
+
+#[test]
 fn bad_files_are_classes_and_never_end_a_batch() {
     let folder = folder();
     let whole = photograph(3);

@@ -8,6 +8,7 @@ use tropism::vision::location::{Location, locate};
 use tropism::vision::raster::source::PixelSource;
 use tropism::vision::{Direction, Frame as Picture, VisionConfig, detect_from_base};
 
+use super::clicks::PlantClick;
 use super::plan::TrackPlan;
 use super::plants::{PlantPlan, foot};
 use super::series::Frame;
@@ -35,11 +36,12 @@ impl TrackPlan {
     /// looked for at the middle of each edge. Where the stem shows no direction, what moves in the region may.
     pub(super) fn turned(&self, frames: &[Frame], monitor: &dyn Monitor) -> Self {
         let mut plan = self.clone();
-        let [PlantPlan { base, region, .. }] = self.plants.as_slice() else { return plan };
+        let [PlantPlan { base, region, clicks, .. }] = self.plants.as_slice() else { return plan };
         if !self.finds_up() {
             return plan;
         }
-        let base = base.or_else(|| self.scale.base());
+        let clicked = clicks.root.first().map(PlantClick::at);
+        let base = base.or(clicked).or_else(|| self.scale.base());
         let by_stem = self.direction_of_stem(frames, base, *region).map(|up| (up, "the stem leads"));
         let by_motion = || {
             let is_series = !self.each && frames.len() > 1;

@@ -14,13 +14,20 @@ impl TrackPlan {
     /// The plan with its plant where that moves, and in the direction in which it grows. It is looked for if the plan gives
     /// a single one neither region nor base, and no calibration; a plan that is resumed takes what was found before.
     pub(super) fn located(&self, frames: &[Frame], monitor: &dyn Monitor) -> Option<Self> {
-        let [PlantPlan { name, region: None, base: None }] = self.plants.as_slice() else { return None };
+        let [PlantPlan { name, region: None, base: None, clicks }] = self.plants.as_slice() else {
+            return None;
+        };
         let is_calibrated = matches!(self.scale, TrackScale::Calibration(_));
-        if is_calibrated || self.each || frames.len() < 2 {
+        if is_calibrated || self.each || !clicks.is_empty() || frames.len() < 2 {
             return None;
         }
         let plan = |region, base, up| {
-            let plant = PlantPlan { name: name.clone(), region: Some(region), base: Some(base) };
+            let plant = PlantPlan {
+                name: name.clone(),
+                region: Some(region),
+                base: Some(base),
+                clicks: clicks.clone(),
+            };
             let vision = VisionConfig { up, ..self.vision.clone() };
             Self { plants: vec![plant], vision, ..self.clone() }
         };

@@ -9,12 +9,15 @@
 
 mod columns;
 mod series;
+mod clicks;
 mod plants;
+mod follow;
 mod overlays;
 mod light;
 mod journal;
 mod table;
 mod warning;
+mod phantom;
 mod provenance;
 mod plan;
 mod locate;
@@ -23,6 +26,7 @@ mod pipeline;
 mod results;
 mod guide;
 
+pub use clicks::{PlantClick, PlantClicks};
 pub use columns::point_at;
 pub use guide::{GuidePlan, GuideResults};
 pub use light::LightSource;
@@ -85,7 +89,8 @@ impl TrackPlan {
             files::make_folder(folder)?;
         }
         let settings = TrackSettings::new(self, &plants);
-        let mut pipeline = Pipeline::new(self, series, &plants, lights, &settings)?;
+        let clicked = follow::follow(&self.plants, &plants, series, monitor)?;
+        let mut pipeline = Pipeline::new(self, series, &plants, clicked, lights, &settings)?;
         pipeline.run(monitor)?;
         pipeline.finish(settings)
     }

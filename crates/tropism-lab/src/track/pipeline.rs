@@ -11,6 +11,7 @@ use tropism::photo::{Image, Photo};
 use tropism::vision::raster::source::PixelSource;
 use tropism::vision::{self, FrameStatus, TipTracker, VisionError, lamp_state};
 
+use super::follow::ClickedPlant;
 use super::journal::{FrameDetections, FrameJournal, PlantDetection};
 use super::overlays::{Annotation, Overlays};
 use super::plan::TrackPlan;
@@ -30,6 +31,8 @@ pub(super) struct Pipeline<'a> {
     /// The light of each photograph; `None` if the pictures say.
     lights: Option<Vec<Option<Light>>>,
     trackers: Vec<TipTracker>,
+    /// The plants that a user clicked.
+    clicked: Vec<Option<ClickedPlant>>,
     pub(super) tables: Vec<Table>,
     pub(super) journal: FrameJournal,
     overlays: Overlays,
@@ -44,6 +47,7 @@ impl<'a> Pipeline<'a> {
         plan: &'a TrackPlan,
         series: &'a Series,
         plants: &'a [Plant],
+        clicked: Vec<Option<ClickedPlant>>,
         lights: Option<Vec<Option<Light>>>,
         settings: &impl Serialize,
     ) -> Result<Self, Error> {
@@ -69,6 +73,7 @@ impl<'a> Pipeline<'a> {
             plants,
             lights,
             trackers,
+            clicked,
             tables: plants.iter().map(|plant| Table::new(plant.calibration, plan.each)).collect(),
             journal,
             overlays: Overlays::new(folder, sheet, plants, series.frames.len()),
@@ -150,17 +155,22 @@ impl<'a> Pipeline<'a> {
         self.sha256 += &detections.sha256;
         self.problems.extend(problem.map(|problem| (frame.name.clone(), problem)));
         let mut seen = Vec::with_capacity(self.plants.len());
-        for ((tracker, table), detection) in
-            self.trackers.iter_mut().zip(&mut self.tables).zip(&detections.plants)
-        {
+        let plants = self.trackers.iter_mut().zip(&mut self.clicked).zip(&mut self.tables);
+        for (((tracker, clicked), table), detection) in plants.zip(&detections.plants) {
             let result = if is_repeated { Err(FrameStatus::Repeated) } else { detection.result() };
-            let tracked = tracker.update(result, frame.time_s);
-            // A stem whose end is unknown is not written down.
-            let mut detected = detection.detected.clone();
-            if let Some(detected) = detected.as_mut().filter(|_| !tracker.has_measured_stem()) {
-                (detected.stem, detected.apex) = (None, None);
-            }
-            table.add(frame, detected.as_ref(), tracked.clone(), light);
+            let (detected, tracked, end_confidence) = match clicked {
+                Some(clicked) => clicked.update(index, result.as_ref().map_err(|status| *status)),
+                None => {
+                    let tracked = tracker.update(result, frame.time_s);
+                    // A stem whose end is unknown is not written down.
+                    let mut detected = detection.detected.clone();
+                    if let Some(detected) = detected.as_mut().filter(|_| !tracker.has_measured_stem()) {
+                        (detected.stem, detected.apex) = (None, None);
+                    }
+                    (detected, tracked, None)
+                }
+            };
+            table.add(frame, detected.as_ref(), tracked.clone(), end_confidence, light);
             seen.push((detected, tracked));
         }
         let Some(image) = &photo.image else { return Ok(()) };

@@ -7,6 +7,7 @@ use tropism::geometry::{Pixel, Region};
 use tropism::text::plural;
 use tropism::vision::{Calibration, Direction, VisionConfig, VisionError};
 
+use super::clicks::{PlantClick, PlantClicks};
 use super::series::Frame;
 use crate::{Error, files};
 
@@ -24,11 +25,14 @@ pub struct PlantPlan {
     /// Pixel where the stem leaves the soil; `None` is the middle of the region's lower edge, or of the edge opposite to
     /// the direction in which the plant grows.
     pub base: Option<Pixel>,
+    /// Points that were clicked: the tip is followed from there.
+    #[serde(default, skip_serializing_if = "PlantClicks::is_empty")]
+    pub clicks: PlantClicks,
 }
 
 impl Default for PlantPlan {
     fn default() -> Self {
-        Self { name: "1".to_owned(), region: None, base: None }
+        Self { name: "1".to_owned(), region: None, base: None, clicks: PlantClicks::default() }
     }
 }
 
@@ -99,11 +103,16 @@ pub fn read_plants(path: &Path) -> Result<Vec<PlantPlan>, Error> {
     Ok(plants)
 }
 
-/// Plants by their regions and bases, named by their numbers from 1. Either list may be empty.
+/// Plants by their regions and bases, named by their numbers from 1. Either list may be empty. A click belongs to the plant in
+/// whose region it lies.
 ///
 /// # Errors
-/// [`Error::Plan`] if the lists are of different lengths.
-pub fn numbered_plants(regions: &[Region], bases: &[Pixel]) -> Result<Vec<PlantPlan>, Error> {
+/// [`Error::Plan`] if the lists are of different lengths, or a click lies in the region of none or several of several plants.
+pub fn numbered_plants(
+    regions: &[Region],
+    bases: &[Pixel],
+    clicks: PlantClicks,
+) -> Result<Vec<PlantPlan>, Error> {
     let count = regions.len().max(bases.len()).max(1);
     for (key, found) in [("region", regions.len()), ("base", bases.len())] {
         if found != 0 && found != count {
@@ -116,8 +125,47 @@ pub fn numbered_plants(regions: &[Region], bases: &[Pixel]) -> Result<Vec<PlantP
         name: (index + 1).to_string(),
         region: regions.get(index).copied(),
         base: bases.get(index).copied(),
+        clicks: PlantClicks::default(),
     };
-    Ok((0..count).map(plant).collect())
+    let mut plants: Vec<PlantPlan> = (0..count).map(plant).collect();
+    assign(clicks, &mut plants)?;
+    Ok(plants)
+}
+
+/// Gives each click to the only plant, or to the one in whose region it lies.
+fn assign(clicks: PlantClicks, plants: &mut [PlantPlan]) -> Result<(), Error> {
+    if let [only] = plants {
+        only.clicks = clicks;
+        return Ok(());
+    }
+    let lists: [(_, fn(&mut PlantClicks) -> &mut Vec<PlantClick>); 3] = [
+        (clicks.tip, |clicks| &mut clicks.tip),
+        (clicks.node, |clicks| &mut clicks.node),
+        (clicks.root, |clicks| &mut clicks.root),
+    ];
+    for (clicks, list) in lists {
+        for click in clicks {
+            let holds = |plant: &PlantPlan| {
+                let within =
+                    |at: f64, first: usize, count: usize| at >= first as f64 && at <= (first + count) as f64;
+                plant.region.is_some_and(|region| {
+                    within(click.x, region.x, region.width) && within(click.y, region.y, region.height)
+                })
+            };
+            let mut holding = plants.iter_mut().filter(|plant| holds(plant));
+            match (holding.next(), holding.next()) {
+                (Some(plant), None) => list(&mut plant.clicks).push(click),
+                _ => {
+                    return Err(Error::Plan(format!(
+                        "a click at {},{} lies in the `region` of none or several of the plants: wanted it in one, or \
+                         `plants` that name their clicks",
+                        click.x, click.y
+                    )));
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 pub(super) fn check_plants(plants: &[PlantPlan]) -> Result<(), Error> {
@@ -170,9 +218,11 @@ pub(super) fn place(
     let is_alone = plants.len() == 1;
     let place = |plan: &PlantPlan| {
         let region = plan.region.unwrap_or(Region { x: 0, y: 0, width, height });
-        let base = plan.base.unwrap_or_else(|| foot(region, vision.up));
+        let base = plan.base.or_else(|| plan.clicks.root.first().map(PlantClick::at));
+        let is_given = base.is_some();
+        let base = base.unwrap_or_else(|| foot(region, vision.up));
         let calibration = match *scale {
-            TrackScale::Calibration(known) if is_alone && plan.base.is_none() => known,
+            TrackScale::Calibration(known) if is_alone && !is_given => known,
             TrackScale::Calibration(known) => Calibration { base, ..known },
             TrackScale::PxPerCm(px_per_cm) => Calibration::from_scale(base, px_per_cm, width, height),
             TrackScale::PaperCamera => {
@@ -182,7 +232,8 @@ pub(super) fn place(
         check_base(calibration.base, width, height)?;
         calibration.check().map_err(|error| Error::Plan(format!("`px_per_cm`: {error}")))?;
         let name = Some(plan.name.clone()).filter(|_| !is_alone);
-        let plant = Plant { name, region: plan.region, calibration, is_located: false };
+        let region = plan.region.or_else(|| plan.clicks.surroundings(calibration.base, (width, height)));
+        let plant = Plant { name, region, calibration, is_located: false };
         plant.vision(vision).check(width, height).map_err(|error| match (&error, &plant.name) {
             (VisionError::Region { .. }, None) => Error::Plan(format!("`region`: {error}")),
             (VisionError::Region { .. }, Some(name)) => Error::Plan(format!("plant {name}: {error}")),

@@ -8,7 +8,9 @@ use tropism::geometry::Region;
 use tropism::text::plural;
 use tropism::vision::{Calibration, Direction, VisionConfig};
 
+use super::clicks::PlantClicks;
 use super::light::LightSource;
+use super::phantom::never_moves;
 use super::pipeline::Pipeline;
 use super::plan::{SCHEMA, TrackPlan};
 use super::plants::{Plant, TrackScale};
@@ -56,6 +58,10 @@ pub struct PlantTrack {
     pub calibration_is_assumed: bool,
     /// Whether region and root were found by the plant's motion, because the plan gives neither.
     pub is_located: bool,
+    /// What was clicked on the plant.
+    pub clicks: PlantClicks,
+    /// The photograph in which another click on the tip would help most; `None` where all have a tip.
+    pub next_click: Option<String>,
     /// Whether the photographs were taken to have nothing to do with each other.
     pub is_each: bool,
     /// What speaks against the track; a model is fitted to it only if the plan says so.
@@ -139,11 +145,24 @@ impl Pipeline<'_> {
         let settings_sha256 = settings.sha256()?;
         let photographs_sha256 = files::sha256(self.sha256.as_bytes());
         let (mut tracks, mut undetected) = (Vec::new(), Vec::new());
-        for (plant, table) in self.plants.iter().zip(&self.tables) {
+        for ((plan, plant), table) in self.plan.plants.iter().zip(self.plants).zip(&self.tables) {
             let Some(track) = table.track() else {
                 undetected.push(not_detected(plant, &table.counts));
                 continue;
             };
+            let never_moves = plan.clicks.is_empty() && !self.plan.each && {
+                let tips = (0..).zip(&table.tips).filter_map(|(index, tip)| Some((index, (*tip)?)));
+                never_moves(&self.series.frames, &tips.collect::<Vec<_>>())
+            };
+            let is_given = plan.region.is_some() || plan.base.is_some() || self.plan.scale.base().is_some();
+            if never_moves && (plant.is_located || !is_given) {
+                undetected.push(
+                    "what was found never moves, so it is no plant: `guide` writes a page to click the plant on, or give \
+                     its `region` and `base`"
+                        .to_owned(),
+                );
+                continue;
+            }
             let calibration_is_assumed = self.plan.scale == TrackScale::PaperCamera;
             let evidence = Evidence {
                 plant,
@@ -153,6 +172,7 @@ impl Pipeline<'_> {
                 is_scale_assumed: calibration_is_assumed && !is_virtual,
                 is_unrelated: self.plan.each,
                 times: &self.series.warnings,
+                never_moves,
                 up: self.plan.vision.up,
             };
             let results = PlantTrack {
@@ -167,6 +187,8 @@ impl Pipeline<'_> {
                 calibration: plant.calibration,
                 calibration_is_assumed,
                 is_located: plant.is_located,
+                clicks: plan.clicks.clone(),
+                next_click: table.next_click().map(|index| self.series.frames[index].name.clone()),
                 is_each: self.plan.each,
                 warnings: evidence.warnings(),
                 photographs_sha256: photographs_sha256.clone(),

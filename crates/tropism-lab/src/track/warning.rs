@@ -38,6 +38,10 @@ pub enum WarningKind {
     TipAtEdge,
     /// Another plant touches it in a tenth of the photographs or more.
     PlantsTouch,
+    /// What was detected never moves.
+    NeverMoves,
+    /// The background is not found again in a tenth of the photographs or more: the camera was turned, or its lens moved.
+    BackgroundLost,
     /// The scale is that of the paper's camera, because the plan gives none.
     ScaleAssumed,
     /// The photographs have nothing to do with each other, so their order is no motion.
@@ -65,6 +69,7 @@ pub(super) struct Evidence<'a> {
     pub(super) is_unrelated: bool,
     /// What may be wrong with the times: a sentence each.
     pub(super) times: &'a [String],
+    pub(super) never_moves: bool,
     /// The direction in which the plant grows.
     pub(super) up: Direction,
 }
@@ -73,15 +78,23 @@ impl Evidence<'_> {
     /// The warnings, the gravest first.
     pub(super) fn warnings(&self) -> Vec<TrackWarning> {
         let all = [
+            self.never_moves(),
             self.few_measured(),
             self.root_elsewhere(),
             self.tip_at_edge(),
             self.plants_touch(),
+            self.background_lost(),
             self.scale_assumed(),
             self.unrelated(),
         ];
         let times = self.times.iter().map(|advice| TrackWarning::new(WarningKind::Times, advice.clone()));
         all.into_iter().flatten().chain(times).collect()
+    }
+
+    fn never_moves(&self) -> Option<TrackWarning> {
+        let advice =
+            "what was detected never moves: is it the plant? `guide` writes a page to click its tip on";
+        self.never_moves.then(|| TrackWarning::new(WarningKind::NeverMoves, advice.to_owned()))
     }
 
     fn few_measured(&self) -> Option<TrackWarning> {
@@ -151,6 +164,21 @@ impl Evidence<'_> {
                     "in {touched} of {} another plant touches it, whose tip may be taken for its own where it is higher: end \
                      the `region` between them",
                     plural(frames, "photograph")
+                ),
+            )
+        })
+    }
+
+    fn background_lost(&self) -> Option<TrackWarning> {
+        let TrackCounts { frames, camera, .. } = self.counts;
+        is_often(camera.unknown, *frames).then(|| {
+            TrackWarning::new(
+                WarningKind::BackgroundLost,
+                format!(
+                    "the background of the first photographs is not found again in {} of {}: the camera may have been \
+                     turned, so that all cm are wrong there. Track the photographs before and after apart",
+                    camera.unknown,
+                    plural(*frames, "photograph")
                 ),
             )
         })

@@ -192,7 +192,7 @@ class CalibrationResults(Results):
 class TrackWarning(Results):
     """What speaks against a track."""
 
-    #: few_measured, root_elsewhere, tip_at_edge, plants_touch, scale_assumed or unrelated.
+    #: never_moves, few_measured, root_elsewhere, tip_at_edge, plants_touch, background_lost, scale_assumed or unrelated.
     kind: str
     #: What was found, and what to do.
     advice: str
@@ -232,6 +232,10 @@ class PlantTrack(Results):
     calibration_is_assumed: bool
     #: Whether region and root were found by the plant's motion.
     is_located: bool
+    #: Clicks of the plan: tip, node, root.
+    clicks: Mapping[str, Any]
+    #: The photograph in which a click on the tip would help most; None if all have a tip.
+    next_click: str | None
     #: Whether the photographs were taken as unrelated.
     is_each: bool
     warnings: list[TrackWarning]

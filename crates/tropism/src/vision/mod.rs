@@ -56,6 +56,7 @@ pub mod detect;
 pub mod tracking;
 pub mod tip_tracker;
 pub mod location;
+pub mod phantom;
 
 pub use camera::calibration::Calibration;
 pub use config::{Direction, Mode, VisionConfig};

@@ -10,10 +10,11 @@ use tropism::geometry::{Pixel, Region};
 use tropism::vision::{Calibration, Direction, Mode, VisionConfig};
 use tropism_lab::files;
 use tropism_lab::track::{
-    GuidePlan, LightSource, PlantPlan, TimeSource, TrackPlan, TrackScale, numbered_plants, read_plants,
+    GuidePlan, LightSource, PlantClick, PlantClicks, PlantPlan, TimeSource, TrackPlan, TrackScale,
+    numbered_plants, read_plants,
 };
 
-use crate::options::{parse_minutes, parse_pair, parse_region, parse_scale};
+use crate::options::{parse_click, parse_minutes, parse_pair, parse_region, parse_scale};
 use crate::progress::{check_outputs, execute, execute_and_print, for_user, with_options};
 use crate::shell::Shell;
 
@@ -68,6 +69,19 @@ pub(crate) struct Track {
     /// or else the whole picture searched. Once a plant
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_region)]
     roi: Vec<Region>,
+
+    /// Click on the tip in a photograph, by name or by number from 1: it is followed from there. Best in the first, the
+    /// middle and the last one; with several plants each click belongs to the region it lies in
+    #[arg(long, value_name = "PHOTO,X,Y", value_parser = parse_click, conflicts_with_all = ["plants", "each", "guide"])]
+    tip: Vec<PlantClick>,
+
+    /// Click on the end of the stem, below the leaves, likewise
+    #[arg(long, value_name = "PHOTO,X,Y", value_parser = parse_click, requires = "tip")]
+    node: Vec<PlantClick>,
+
+    /// Click on the root, likewise: where camera or plant are moved; else --base
+    #[arg(long, value_name = "PHOTO,X,Y", value_parser = parse_click, requires = "tip")]
+    root: Vec<PlantClick>,
 
     /// Several plants by name: a TOML file with [[plant]] tables of name, region and base
     #[arg(long, value_name = "PLANTS.toml", conflicts_with_all = ["roi", "base"])]
@@ -214,7 +228,10 @@ impl Track {
         let bases: Vec<Pixel> = self.base.iter().map(|&[x, y]| Pixel::new(x, y)).collect();
         let plants = match &self.plants {
             Some(path) => read_plants(path),
-            None => numbered_plants(&self.roi, &bases),
+            None => {
+                let [tip, node, root] = [&self.tip, &self.node, &self.root].map(Clone::clone);
+                numbered_plants(&self.roi, &bases, PlantClicks { tip, node, root })
+            }
         };
         plants.map_err(for_user)
     }

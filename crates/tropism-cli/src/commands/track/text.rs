@@ -1,9 +1,11 @@
 //! What `tropism track` prints for people.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use tropism::lamps;
 use tropism::vision::Direction;
+use tropism::vision::tracking::hold::MAX_HELD_FRAMES;
 use tropism_lab::files::shell_word;
 use tropism_lab::track::{CameraMotion, GuideResults, PlantTrack, TrackCounts, TrackPlan, TrackResults};
 use tropism_lab::units::plural;
@@ -45,6 +47,13 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
             if track.is_each { photographs(&track.counts) } else { frames(&track.counts) }
         ));
         lines.extend(located(plan, track));
+        lines.extend(track.next_click.as_ref().filter(|_| is_unsure(track)).map(|name| {
+            format!(
+                "{which}least sure around {}: --tip {},X,Y would help most there",
+                shown(name),
+                shell_word(Path::new(name))
+            )
+        }));
         lines.push(format!("wrote {}", track.track.display()));
         lines.extend(
             track
@@ -75,6 +84,11 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
         )
     });
     lines.join("\n")
+}
+
+/// Whether another click is worth a line: a short gap in an automatic track is not.
+fn is_unsure(track: &PlantTrack) -> bool {
+    !track.is_each && (!track.clicks.is_empty() || track.counts.longest_gap > MAX_HELD_FRAMES as usize)
 }
 
 /// A line on the place that was found by the plant's motion; `None` where the plan gives it.

@@ -32,7 +32,7 @@ mod ridge;
 #[cfg(test)]
 mod testing;
 
-use crate::geometry::{Pixel, Region};
+use crate::geometry::{Pixel, Region, path};
 use crate::math::statistics::upper_median;
 use crate::vision::config::{Direction, Mode, VisionConfig};
 use crate::vision::raster::source::{PixelSource, coarse_luma};
@@ -106,6 +106,17 @@ fn has_light_background(image: &dyn PixelSource) -> bool {
     upper_median(&coarse_luma(image), f32::total_cmp).is_some_and(|median| median > LIGHT)
 }
 
+/// A detection whose stem is at least as long as it is wide, or that has none.
+fn without_stub(found: Detection) -> Detection {
+    let length = found.stem.as_deref().map(path::length);
+    match found.stem_width.zip(length) {
+        Some((width, length)) if length < width => {
+            Detection { apex: None, stem: None, stem_width: None, ..found }
+        }
+        _ => found,
+    }
+}
+
 /// Detects a plant that grows upwards and is lighter than its background.
 fn detect_upright(
     image: &dyn PixelSource,
@@ -118,10 +129,11 @@ fn detect_upright(
         Mode::Paper => paper::detect(image, crop, config),
         Mode::Robust => {
             let by_colour = robust::detect(image, crop, base, config, None);
-            match base.filter(|_| config.stem) {
+            let found = match base.filter(|_| config.stem) {
                 Some(base) => ridge::detect(image, crop, base, config, by_colour, is_alone),
                 None => by_colour,
-            }
+            };
+            found.map(without_stub)
         }
     }
 }

@@ -66,6 +66,19 @@ pub(in crate::vision) fn coarse_luma(picture: &dyn PixelSource) -> Vec<f32> {
     picture.downscale_luma(Region::whole((width, height)), factor)
 }
 
+/// Columns or rows, whichever are more, of a picture's [`reduced_luma`], at most.
+const MOST_SAMPLES: usize = 1_000;
+
+/// The luma of a whole picture, reduced by a whole number so that it has at most 1000 columns and rows.
+#[must_use]
+pub fn reduced_luma(picture: &dyn PixelSource) -> Plane {
+    let (width, height) = picture.size();
+    let step = width.max(height).div_ceil(MOST_SAMPLES).min(width.min(height)).max(1);
+    let values = picture.downscale_luma(Region::whole((width, height)), step);
+    let middle = (step as f64 - 1.0) / 2.0;
+    Plane { width: width / step, height: height / step, values, origin: Pixel::new(middle, middle), step }
+}
+
 /// Samples the luma of a crop at every `step`-th pixel, filtered with standard deviation `sigma` pixels.
 ///
 /// Where the filter is broader than the square of `step` x `step` pixels, the mean of each square is taken first and
