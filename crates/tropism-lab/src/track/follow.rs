@@ -134,7 +134,8 @@ impl ClickedPlant {
         let Some(tip) = tip.filter(|tip| tip.confidence >= LEAST_CONFIDENCE) else {
             let status =
                 if is_seen { FrameStatus::Ambiguous } else { detected.err().unwrap_or(FrameStatus::NoPlant) };
-            let observation = self.last.clone().map(|last| Observation { quality: Quality::Held, ..last });
+            let observation =
+                self.last.clone().map(|last| Observation { quality: Quality::CarriedForward, ..last });
             let tracked = TrackedFrame { observation, tip_px: None, status, confidence, camera_shift: moved };
             return (None, tracked, None);
         };

@@ -94,15 +94,17 @@ impl StemRecord {
             _ => 0.0,
         };
         let frames =
-            track.samples.iter().filter(|sample| sample.quality != Quality::CarriedForward).filter_map(|sample| {
-                let stem: [Point; STEM_POINTS] =
-                    sample.stem.as_ref()?.resampled(STEM_POINTS).0.try_into().ok()?;
-                stem.iter().all(|point| point.is_finite()).then_some((
-                    sample.time_s / 3600.0,
-                    stem,
-                    side(sample.light),
-                ))
-            });
+            track.samples.iter().filter(|sample| sample.quality != Quality::CarriedForward).filter_map(
+                |sample| {
+                    let stem: [Point; STEM_POINTS] =
+                        sample.stem.as_ref()?.resampled(STEM_POINTS).0.try_into().ok()?;
+                    stem.iter().all(|point| point.is_finite()).then_some((
+                        sample.time_s / 3600.0,
+                        stem,
+                        side(sample.light),
+                    ))
+                },
+            );
         Self::of_frames(frames.collect(), track.samples.len())
     }
 
