@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use tropism_lab::stop::StopPlan;
 use tropism_lab::{Silent, Workflow};
-use tropism_page::Drawing;
+use tropism_page::{Drawing, Method};
 
 use crate::error::StudioError;
 use crate::{Studio, draw, jobs};
@@ -40,7 +40,7 @@ impl Demo {
             let request = draw::EvolveRequest {
                 name: name.to_owned(),
                 drawing: Drawing::of_targets(targets),
-                method: tropism_page::Method::Evolve,
+                method: Method::Evolve,
                 runs,
                 generations,
                 seed: 1,

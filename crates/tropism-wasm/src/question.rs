@@ -35,7 +35,7 @@ pub enum Question {
         /// The drawing.
         drawing: Drawing,
         /// Settings of the evolution.
-        evolution: Option<EvolutionConfig>,
+        evolution: Option<Box<EvolutionConfig>>,
         /// Its seed.
         #[serde(default)]
         seed: u64,
@@ -77,7 +77,7 @@ pub enum Question {
         /// The task.
         task: Box<Task>,
         /// Its settings.
-        evolution: EvolutionConfig,
+        evolution: Box<EvolutionConfig>,
         /// Its seed.
         seed: u64,
         /// The runs, from 0, that this module does; others do the rest.

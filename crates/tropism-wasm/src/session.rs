@@ -112,7 +112,7 @@ impl Session {
             Question::Reach {} => serde_json::to_value(Species::common_reach())?,
             Question::Task { drawing } => task_of(&drawing)?,
             Question::Commands { name, drawing, evolution, seed, method } => {
-                commands(&name, &drawing, evolution.as_ref(), seed, method).into()
+                commands(&name, &drawing, evolution.as_deref(), seed, method).into()
             }
             Question::Try { drawing, by, seed, from } => {
                 let task = drawing.task()?;
@@ -128,7 +128,7 @@ impl Session {
                 json!({})
             }
             Question::Begin { task, evolution, seed, own } => {
-                self.job = Some(Job::begin(self.model()?, *task, evolution, seed, &own)?);
+                self.job = Some(Job::begin(self.model()?, *task, *evolution, seed, &own)?);
                 json!({})
             }
             Question::Advance { generations } => {

@@ -531,7 +531,7 @@ impl<R: Real> Row<R> {
             let distance2 = (x * x + y * y + z * z).max(R::splat(LAMP_RADIUS * LAMP_RADIUS));
             let mut share = *strength / (distance2 * distance2.sqrt());
             if let Some(exposure) = exposure {
-                share = share * exposure[number];
+                share *= exposure[number];
             }
             self.light[0] += x * share;
             self.light[1] += y * share;
