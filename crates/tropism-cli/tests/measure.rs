@@ -76,7 +76,7 @@ fn wrong_use_is_named() {
     let here = folder.path();
     for (words, says) in [
         (&["measure", "--demo", "--tilt", "500"][..], "--tilt"),
-        (&["measure"][..], "--demo"),
+        (&["measure"][..], "TRACK.csv"),
         (&["measure", "none.csv"][..], "none.csv"),
         (&["measure", "--group", "x=*.csv"][..], "no file matches"),
     ] {

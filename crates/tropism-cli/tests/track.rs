@@ -298,7 +298,7 @@ fn a_clicked_tip_is_followed_and_a_click_elsewhere_is_refused() {
         &folder,
         &format!("{line} --tip 1,85,50 --tip cam_20240501_130500.jpg,85,39 --node 1,85,55"),
     );
-    assert!(words.contains("12 measured, 0 held"), "{words}");
+    assert!(words.contains("12 measured, 0 carried forward"), "{words}");
     let tops = track(&folder, "c.csv").numbers("top_y_px").unwrap();
     assert!(tops.iter().zip(0..).all(|(top, step)| (top - f64::from(50 - step)).abs() < 2.0), "{tops:?}");
     let found = json(&folder, "c.json");

@@ -6,8 +6,8 @@
 
 mod angle_file;
 mod demo;
-mod files_of;
 mod page;
+mod files_of;
 
 use std::path::PathBuf;
 

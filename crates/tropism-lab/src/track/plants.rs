@@ -132,13 +132,16 @@ pub fn numbered_plants(
     Ok(plants)
 }
 
+/// A list of clicks of one kind.
+type ListOf = fn(&mut PlantClicks) -> &mut Vec<PlantClick>;
+
 /// Gives each click to the only plant, or to the one in whose region it lies.
 fn assign(clicks: PlantClicks, plants: &mut [PlantPlan]) -> Result<(), Error> {
     if let [only] = plants {
         only.clicks = clicks;
         return Ok(());
     }
-    let lists: [(_, fn(&mut PlantClicks) -> &mut Vec<PlantClick>); 3] = [
+    let lists: [(_, ListOf); 3] = [
         (clicks.tip, |clicks| &mut clicks.tip),
         (clicks.node, |clicks| &mut clicks.node),
         (clicks.root, |clicks| &mut clicks.root),

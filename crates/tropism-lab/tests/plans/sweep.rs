@@ -53,7 +53,7 @@ fn tables_of_a_list_go_by_their_names() {
                 methods = [{ name = \"rule\", kind = \"tune\", model = \"stem\" }]\n\
                 scenarios = [{ name = \"sunflower\", bean = \"../beans/sunflower.toml\" }]\n";
     let found = config(text).settings(Path::new("studies")).unwrap();
-    assert_eq!(found[1].name, "plants=2, population=16");
+    assert_eq!(found[1].name, "population=16, plants=2");
     let Method::Replicates(config) = &found[1].method else { panic!("no replicates") };
     assert_eq!(config.scenarios[0].bean.as_deref(), Some(Path::new("studies/../beans/sunflower.toml")));
 }

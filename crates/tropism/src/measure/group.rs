@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn drawn_permutations_agree_with_all_of_them() {
         let one: Vec<f64> = (0..6).map(|k| f64::from(k) * 1.3 + 1.0).collect();
-        let other: Vec<f64> = (0..9).map(|k| f64::from(k)).collect();
+        let other: Vec<f64> = (0..9).map(f64::from).collect();
         let exact = compared(&one, &other, 1).unwrap();
         assert!(exact.is_exact && exact.p > 0.05 && exact.p < 1.0);
         let more = compared(&[&one[..], &[4.0; 8]].concat(), &[&other[..], &[4.0; 8]].concat(), 1).unwrap();

@@ -29,8 +29,11 @@ fn grey_and_colour_of_8_and_16_bits_decode() {
     assert!(open(bytes[..40].to_vec()).is_err());
 }
 
-/// A little-endian file of pages: the tags of each with their numbers, of 16 or 32 bits, and its only strip.
-fn file(pages: &[(&[(u16, &[u32])], &[u8])]) -> Vec<u8> {
+/// A page: tags with their numbers, and its only strip.
+type TiffPage<'a> = (&'a [(u16, &'a [u32])], &'a [u8]);
+
+/// A little-endian file of pages, whose numbers have 16 or 32 bits.
+fn file(pages: &[TiffPage<'_>]) -> Vec<u8> {
     let mut bytes = b"II*\0\0\0\0\0".to_vec();
     let mut link = 4;
     for (tags, strip) in pages {
