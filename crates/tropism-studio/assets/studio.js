@@ -1,6 +1,6 @@
 // Shared by all pages of the studio: the frame, what the server is asked, live events, hold to confirm, words for times.
 // @ts-check
-import { $, $$, MARK, html, icon, num, put, toggleTheme, trusted, wordOf } from "./dom.js";
+import { $, $$, MARK, html, icon, num, put, say, toggleTheme, trusted, wordOf } from "./dom.js";
 import { hear } from "./early.js";
 
 export * from "./dom.js";

@@ -136,7 +136,7 @@ const READS: [&str; 36] = [
     "/metrics",
     "/api/run/photographs?at=bean",
     "/api/forms",
-    "/api/begin/command?form={%22form%22:%22run%22,%22values%22:{%22controller%22:%22chase%22,%22rig%22:%22greenhouse%22,%22out%22:%22a%22}}",
+    "/api/begin/command?form={%22form%22:%22run%22,%22values%22:{%22controller%22:%22greedy%22,%22rig%22:%22greenhouse%22,%22out%22:%22a%22}}",
     "/api/queue/log?number=1",
     "/api/file?at=model.json",
     "/api/stream?to=[{%22key%22:%22a%22,%22topic%22:%22items%22}]",

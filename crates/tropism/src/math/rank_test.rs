@@ -133,7 +133,7 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 /// ```
 /// use tropism::math::rank_test::least_size;
 /// assert_eq!(least_size(1, 0.05), 4);
-/// assert_eq!(least_size(6, 0.05), 6);
+/// assert_eq!(least_size(6, 0.05), 5);
 /// ```
 #[must_use]
 pub fn least_size(pairs: usize, level: f64) -> usize {
