@@ -9,11 +9,11 @@ import { chromium, firefox } from "playwright-core";
 
 const PROGRAM = path.resolve(process.env.TROPISM ?? "../../target/debug/tropism");
 const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
-const FIREFOX = process.env.FIREFOX ?? "/usr/bin/firefox-esr";
+const FIREFOX = process.env.FIREFOX ?? "";
 
 /** The browser of all tests that name none: `BROWSER=firefox` tries another. */
 const BROWSER = process.env.BROWSER ?? "chromium";
-/** Those that are installed. */
+/** Those that are installed; Firefox where `FIREFOX` names it. */
 export const BROWSERS = Object.entries({ chromium: CHROMIUM, firefox: FIREFOX })
   .filter(([, file]) => fs.existsSync(file))
   .map(([name]) => name);

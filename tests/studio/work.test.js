@@ -43,7 +43,7 @@ test("a run is begun, filmed, renamed and deleted by touch", async (t) => {
   await opened.locator("#queue [data-do=cancel]").tap();
   await until(async () => /Stopped/.test(await text(opened, "#queue")), "it is cancelled", 30);
   await opened.locator("#queue [data-do=log]").first().tap();
-  assert.ok(await opened.locator("#said").isVisible());
+  await opened.locator("#said").waitFor();
 
   await opened.goto(`${address}run?at=bean`);
   await opened.tap("#keep summary");
