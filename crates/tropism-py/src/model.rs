@@ -26,6 +26,9 @@ use crate::track::Track;
 /// Steps between two switches of the lamps in the paper's open-loop experiments: six hours.
 const SWITCH_STEPS: u32 = 72;
 
+/// Observed shifts, and the number of the lit lamp of each.
+type Shifts<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<i64>>);
+
 /// A model of how plants move, fitted to tracks. It does not change.
 #[pyclass(frozen, module = "tropism.loop")]
 pub(crate) struct Model(pub(crate) AnyModel);
@@ -137,10 +140,7 @@ impl Model {
     }
 
     /// The observed shifts of a tip-motion model: x, y, dx and dy in cm, (shifts, 4), and the number of the lit lamp.
-    fn shifts<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<i64>>)> {
+    fn shifts<'py>(&self, py: Python<'py>) -> PyResult<Shifts<'py>> {
         let model = tip_model(&self.0)?;
         let shifts = model.observed();
         let numbers = Array2::from_shape_fn((shifts.len(), 4), |(row, column)| {
@@ -287,12 +287,7 @@ impl Plant {
     }
 
     fn __copy__(&self) -> Self {
-        Self {
-            model: self.model.clone(),
-            plant: self.plant.clone(),
-            noise: self.noise.clone(),
-            step: self.step,
-        }
+        Self { model: self.model.clone(), plant: self.plant.clone(), noise: self.noise, step: self.step }
     }
 
     fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {

@@ -252,10 +252,13 @@ enum Order {
     Step(Light),
 }
 
+/// What tents reported, each with its number.
+type Reports = Vec<(usize, Result<Report, String>)>;
+
 /// A thread with some of the tents: a rig stays on the thread on which it was opened.
 struct Worker {
     orders: Sender<Vec<(usize, Order)>>,
-    reports: Mutex<Receiver<Vec<(usize, Result<Report, String>)>>>,
+    reports: Mutex<Receiver<Reports>>,
 }
 
 impl Worker {
@@ -321,7 +324,7 @@ impl TentBatch {
             });
             let sent =
                 self.workers.iter().zip(shares).map(|(worker, share)| worker.orders.send(share).is_ok());
-            let is_sent = sent.fold(true, |all, one| all && one);
+            let is_sent = sent.filter(|is_sent| !is_sent).count() == 0;
             is_sent
                 && self.workers.iter_mut().all(|worker| {
                     let receiver = worker.reports.get_mut().unwrap_or_else(PoisonError::into_inner);

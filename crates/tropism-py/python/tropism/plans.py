@@ -44,15 +44,20 @@ __all__ = [
     "Calibration",
     "CheckPlan",
     "CheckResults",
+    "Comparison",
     "DepthPlan",
     "DepthResults",
     "DeviceResult",
+    "Estimate",
     "EvolvePlan",
     "ExportPlan",
     "ExportResults",
     "Finding",
     "FitPlan",
     "ForecastPlan",
+    "FrameCounts",
+    "GroupComparison",
+    "GroupConstants",
     "GrowPlan",
     "GuidePlan",
     "GuideResults",
@@ -61,11 +66,15 @@ __all__ = [
     "LeftOut",
     "Lens",
     "MeanAndInterval",
+    "MeasurePlan",
+    "MeasureResults",
     "MeasuredQuantity",
     "MethodResults",
     "ParameterEstimate",
     "ParameterRecovery",
+    "PlantConstants",
     "PlantEstimates",
+    "Recovery",
     "RecoveryPlan",
     "RecoveryResults",
     "ReplicateResults",
@@ -77,6 +86,7 @@ __all__ = [
     "SafeStateResults",
     "ScenarioResults",
     "ScorePlan",
+    "Sharpening",
     "ShowPlan",
     "SimulatePlan",
     "StatusPlan",
@@ -106,6 +116,7 @@ __all__ = [
     "grow",
     "guide",
     "kinematics",
+    "measure",
     "recovery",
     "replicates",
     "report",
@@ -325,6 +336,158 @@ class ExportResults(Results):
     #: Photographs that were left out.
     left_out: list[LeftOut]
     _kinds = {"left_out": LeftOut}
+
+
+class FrameCounts(Results):
+    """Frames of a record, and those left out by the quality gate."""
+
+    #: Frames of the track.
+    all: int
+    #: Frames without a measured stem.
+    without_stem: int
+    #: Frames whose length jumps off the line of growth.
+    length_jumps: int
+    #: Frames that the fit uses, after thinning.
+    used: int
+
+
+class Estimate(Results):
+    """A constant of a plant."""
+
+    #: Symbol of the literature, such as `Lc`.
+    symbol: str
+    #: Value; also of what is not identified, where it says nothing.
+    value: float
+    #: 90 % interval.
+    interval: list[float]
+    #: What can be said of it.
+    status: Any
+    #: Why it is not measured; empty if it is.
+    reason: str
+
+
+class PlantConstants(Results):
+    """The constants of one plant."""
+
+    #: Name: the file without its extension.
+    name: str
+    #: Group; empty without one.
+    group: str
+    #: Frames, and those left out.
+    frames: FrameCounts
+    #: Length of the record, in h.
+    duration_h: float
+    #: Twice the logarithm of the ratio of likelihoods with and without a response. `None` where only angles are known.
+    response: float | None
+    #: Whether the record shows a response.
+    responds: bool
+    #: Noise of the points across the stem, in cm.
+    noise_cm: float | None
+    #: Root mean square distance of the stems from the rod, across: with and without the plant's own forcing, in cm.
+    rms_cm: list[float] | None
+    #: The constants.
+    estimates: list[Estimate]
+    _kinds = {"frames": FrameCounts, "estimates": Estimate}
+
+
+class GroupConstants(Results):
+    """The constants of a group."""
+
+    #: Name; empty for plants without a group.
+    name: str
+    #: Number of plants.
+    plants: int
+    #: Means with t intervals over plants.
+    estimates: list[Estimate]
+    _kinds = {"estimates": Estimate}
+
+
+class Comparison(Results):
+    """Two groups compared."""
+
+    #: Mean of the first less that of the second.
+    difference: float
+    #: Probability that a plant of the first group is above one of the second (a tie counts half).
+    auc: float
+    #: Two-sided p value by permutation of plants.
+    p: float
+    #: Whether all permutations were tried.
+    is_exact: bool
+
+
+class GroupComparison(Results):
+    """A constant of two groups compared."""
+
+    #: Symbol.
+    symbol: str
+    #: Names of the groups.
+    groups: list[str]
+    #: Numbers of plants of which it is measured.
+    plants: list[int]
+    #: Geometric mean of the first over that of the second; `None` where a value is not positive.
+    ratio: float | None
+    #: The permutation test: of the means of logarithms where there is a ratio, else of the means.
+    test: Comparison
+    _kinds = {"test": Comparison}
+
+
+class Recovery(Results):
+    """What the same experiment recovers of a constant."""
+
+    #: Symbol.
+    symbol: str
+    #: Virtual plants of which it was measured.
+    measured: int
+    #: Virtual plants.
+    plants: int
+    #: Median of recovered over true values; NaN without any.
+    ratio: float
+    #: Half the range of the middle two thirds of recovered over true values.
+    spread: float
+    #: Share of the 90 % intervals that hold the true value.
+    coverage: float
+    #: Factor by which the intervals of logarithms must be wider to hold it in 90 %; at least 1, and 1 for fewer than
+    #: ten plants.
+    widening: float
+
+
+class Sharpening(Results):
+    """What a change of the experiment would do to the intervals of a constant."""
+
+    #: The change.
+    change: Any
+    #: Symbol.
+    symbol: str
+    #: Median width of the interval of the logarithm, as a multiple of that of the present experiment.
+    width: float
+
+
+class MeasureResults(Results):
+    """The constants of plants."""
+
+    #: Whether the plants are virtual.
+    is_virtual: bool
+    #: The equation that the numbers are of.
+    equation: str
+    #: The plants, group by group.
+    plants: list[PlantConstants]
+    #: The groups; one without a name for plants without a group.
+    groups: list[GroupConstants]
+    #: Each pair of groups, each constant.
+    comparisons: list[GroupComparison]
+    #: What the same experiment recovers of virtual plants with these constants.
+    self_check: list[Recovery]
+    #: What changes of the experiment would do to the intervals, on such virtual plants.
+    sharpenings: list[Sharpening]
+    #: Tracks that could not be measured, and why.
+    left_out: list[str]
+    _kinds = {
+        "plants": PlantConstants,
+        "groups": GroupConstants,
+        "comparisons": GroupComparison,
+        "self_check": Recovery,
+        "sharpenings": Sharpening,
+    }
 
 
 class GuideResults(Results):
@@ -762,6 +925,27 @@ class ForecastPlan(Plan[ForecastResults]):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class MeasurePlan(Plan[MeasureResults]):
+    """Measures the constants of plants."""
+
+    workflow: ClassVar[str] = "measure"
+    results = MeasureResults
+    roles: ClassVar[Mapping[str, str]] = {"tracks": "tracks", "out": "path"}
+    tracks: AnyTrack | Sequence[AnyTrack] | None = None
+    groups: Sequence[AnySettings] | None = None
+    tilt_deg: float | None = None
+    lamps: bool | None = None
+    radius_cm: float | None = None
+    law: Literal["ac", "ace"] | None = None
+    hours: float | None = None
+    check_plants: int | None = None
+    demo: bool | None = None
+    seed: int | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class GrowPlan(Plan[GrowResults]):
     """Grows virtual beans under a controller, and writes their tracks."""
 
@@ -781,6 +965,8 @@ class GrowPlan(Plan[GrowResults]):
     seed: int | None = None
     out: PathLike | None = None
     photographs: bool | None = None
+    tilt_deg: float | None = None
+    dark: bool | None = None
     replace: bool | None = None
     resume: bool | None = None
 
@@ -1697,6 +1883,89 @@ def forecast(
     )
 
 
+def measure(
+    *,
+    tracks: AnyTrack | Sequence[AnyTrack] = (),
+    groups: Sequence[AnySettings] = (),
+    tilt_deg: float | None = None,
+    lamps: bool = False,
+    radius_cm: float | None = None,
+    law: Literal["ac", "ace"] = "ace",
+    hours: float | None = None,
+    check_plants: int = 30,
+    demo: bool = False,
+    seed: int = 1,
+    out: PathLike | None = None,
+    replace: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> MeasureResults:
+    """Measures the constants of plants.
+
+    Parameters
+    ----------
+    tracks : AnyTrack | Sequence[AnyTrack], default []
+        Track files (CSV) with stems, and folders of runs or of track files.
+    groups : Sequence[AnySettings], default []
+        Groups of further tracks, such as genotypes.
+    tilt_deg : float, default None
+        Angle by which the pots were tipped at the first frame, in degrees: 1 to 180. Without it, and without
+        `lamps`, the plants stand upright.
+    lamps : bool, default False
+        Whether the plants respond to the lamps of their tracks.
+    radius_cm : float, default None
+        Radius of the stems in the zone that bends, in cm: gives constants in growth units.
+    law : Literal["ac", "ace"], default "ace"
+        How elongation carries curvature.
+    hours : float, default None
+        Hours of each record that are measured; all by default.
+    check_plants : int, default 30
+        Virtual plants of the self-check, 0 to 1000; 0 leaves it out.
+    demo : bool, default False
+        Measures virtual beans instead of tracks: six, tipped in the dark.
+    seed : int, default 1
+        Seed of the virtual plants and of permutations.
+    out : PathLike, default None
+        Folder for the report, its tables and figures.
+    replace : bool, default False
+        Whether results that are there are replaced.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    MeasureResults
+        What the command `tropism measure` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+    """
+    return execute(
+        MeasurePlan(
+            tracks=tracks,
+            groups=groups,
+            tilt_deg=tilt_deg,
+            lamps=lamps,
+            radius_cm=radius_cm,
+            law=law,
+            hours=hours,
+            check_plants=check_plants,
+            demo=demo,
+            seed=seed,
+            out=out,
+            replace=replace,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
 def grow(
     *,
     plants: int = 6,
@@ -1707,6 +1976,8 @@ def grow(
     seed: int = 1,
     out: PathLike = "beans",
     photographs: bool = False,
+    tilt_deg: float = 0.0,
+    dark: bool = False,
     replace: bool = False,
     resume: bool = False,
     monitor: Monitor | Literal[False] | None = None,
@@ -1732,6 +2003,11 @@ def grow(
         Folder for the tracks, or for the run folders of the plants.
     photographs : bool, default False
         Whether to write a photograph of each step, with the ground truth.
+    tilt_deg : float, default 0.0
+        Angle by which the pots are tipped to the right at the first step, in degrees, -180 to 180. Not with
+        `photographs`.
+    dark : bool, default False
+        Whether all lamps stay dark. Not with `photographs`.
     replace : bool, default False
         Whether tracks that are there are replaced. Photographs never are.
     resume : bool, default False
@@ -1768,6 +2044,8 @@ def grow(
             seed=seed,
             out=out,
             photographs=photographs,
+            tilt_deg=tilt_deg,
+            dark=dark,
             replace=replace,
             resume=resume,
             monitor=monitor,
