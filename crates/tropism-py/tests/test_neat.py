@@ -93,7 +93,7 @@ def test_scores_that_cannot_be_are_refused() -> None:
         run.tell([float("nan")] * 10)
     with pytest.raises(tropism.PlanError, match="populaton"):
         neat.Neat(2, 1, populaton=10)
-    with pytest.raises(tropism.PlanError, match=r"shape \[4, 3\]"):
+    with pytest.raises(tropism.PlanError, match=r"shape \(4, 3\)"):
         run.networks().run(np.zeros((4, 3)))
     with pytest.raises(tropism.PlanError, match="found 3 inputs, wanted 2"):
         neat.Network(run.ask()[0]).run([1.0, 2.0, 3.0])

@@ -220,7 +220,7 @@ def test_a_bar_is_drawn_on_a_terminal() -> None:
 
 def test_help_is_whole() -> None:
     for name in tropism.__all__:
-        assert getattr(tropism, name, None) is not None or name in ("sb3",), name
+        assert name == "sb3" or getattr(tropism, name, None) is not None, name
         assert name in dir(tropism)
     text = tropism.grow.__doc__ or ""
     assert "Parameters\n" in text and "plants : int, default 6" in text and "Returns\n" in text

@@ -41,6 +41,7 @@ from tropism.plans import (
     grow,
     guide,
     kinematics,
+    measure,
     recovery,
     replicates,
     report,
@@ -122,6 +123,7 @@ __all__ = [
     "sweep_units",
     "timelapse",
     "track",
+    "measure",
     "transfer",
     "tune",
 ]

@@ -1945,6 +1945,14 @@ def measure(
         If the plan cannot be executed; the text names the key.
     TropismError
         If the work fails.
+
+    Examples
+    --------
+    >>> try:
+    ...     tropism.measure(tracks=["none.csv"])
+    ... except tropism.TropismError as error:
+    ...     print("none.csv" in str(error))
+    True
     """
     return execute(
         MeasurePlan(

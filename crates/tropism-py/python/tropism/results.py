@@ -409,6 +409,21 @@ class RuleResults(Results):
     avoidance: Mapping[str, float] | None
 
 
+class TargetOutlook(Results):
+    """How likely a target is to be passed."""
+
+    #: The target, in cm.
+    target: list[float]
+    #: Distance when the tip reached its height, in cm; None while it is lower.
+    passed_cm: float | None
+    #: Probability that the tip passes within 1 cm.
+    probability: float
+    #: Its 95 % interval.
+    interval: list[float] | None
+    #: Median distance at which simulated plants pass it, in cm.
+    expected_cm: float | None
+
+
 class TuneResults(Results):
     """Of `tune`."""
 
@@ -421,8 +436,16 @@ class TuneResults(Results):
     #: Why nothing is expected.
     withheld: str | None
     greedy: Scores
+    #: The outlook for each target; empty where it is not known.
+    outlook: list[TargetOutlook]
     cpu_seconds: float
-    _kinds = {"rule": RuleResults, "in_model": Scores, "expected": Scores, "greedy": Scores}
+    _kinds = {
+        "rule": RuleResults,
+        "in_model": Scores,
+        "expected": Scores,
+        "greedy": Scores,
+        "outlook": TargetOutlook,
+    }
 
 
 class SimulateResults(Results):
@@ -519,6 +542,8 @@ class ControllerResults(Results):
 
     name: str
     description: str
+    #: Distances at the targets, shares that pass them, and the difference from the first controller; None without targets.
+    arrival: dict[str, Any] | None
     #: On each plant.
     fitness: list[float]
     mean: float
