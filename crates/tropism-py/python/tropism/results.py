@@ -543,7 +543,7 @@ class ControllerResults(Results):
     name: str
     description: str
     #: Distances at the targets, shares that pass them, and the difference from the first controller; None without targets.
-    arrival: dict[str, Any] | None
+    arrival: Mapping[str, Any] | None
     #: On each plant.
     fitness: list[float]
     mean: float
