@@ -30,6 +30,10 @@ const CLASSES: [f64; 6] = [0.0, 0.1, 0.3, 0.7, 0.9, 1.01];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if arguments.len() < 4 {
+        println!("usage: reliability PLANTS SEED stem.json rule.json [stem.json rule.json ...]");
+        return Ok(());
+    }
     let (plants, seed): (u64, u64) = (arguments[0].parse()?, arguments[1].parse()?);
     let task = Task { score: Reading::Arrival, ..Task::default() };
     let (species, mut said) = (Species::default(), Vec::new());
