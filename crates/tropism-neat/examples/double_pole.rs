@@ -158,7 +158,7 @@ fn is_solution(genome: &Genome, velocities: bool) -> bool {
 }
 
 fn main() -> Result<(), NeatError> {
-    let Arguments { seeds, mut config, flags } = arguments(2, &["--velocities"]);
+    let Arguments { seeds, mut config, flags } = arguments(1, &["--velocities"]);
     let velocities = !flags.is_empty();
     if !velocities {
         // Section 4.3.2 of the article: a larger population, and a larger share of links, some of them recurrent. Its own

@@ -236,7 +236,7 @@ fn groups(case: &Case, results: &[Measurement]) {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let plants: usize = arguments.first().map_or(100, |count| count.parse().expect("a number of plants"));
+    let plants: usize = arguments.first().map_or(1, |count| count.parse().expect("a number of plants"));
     let wanted = |case: &Case| {
         arguments.len() < 2 || arguments[1..].iter().any(|name| case.name.contains(name.as_str()))
     };
