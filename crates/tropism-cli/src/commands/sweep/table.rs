@@ -77,8 +77,8 @@ fn differences(pairs: &[SettingPair]) -> String {
     let most = pairs.iter().map(|pair| pair.pair.sizes[0].min(pair.pair.sizes[1])).max().unwrap_or(0);
     if most < least {
         return format!(
-            "no pair can differ: a rank test of {of_case} pairs needs at least {least} values of each setting, and there \
-             are {most}\n"
+            "pairs that differ: none can: a rank test of {} needs {least} values of each setting, and there are {most}\n",
+            plural(of_case, "pair")
         );
     }
     let different: Vec<&SettingPair> = pairs.iter().filter(|pair| pair.pair.is_different()).collect();
