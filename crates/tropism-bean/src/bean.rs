@@ -161,6 +161,19 @@ impl Bean {
     }
 
     /// The same bean in the shadow of the solids of [`Self::among`]; without this they let light through.
+    ///
+    /// ```
+    /// use tropism::geometry::Point;
+    /// use tropism::obstacle::Obstacle;
+    /// use tropism_bean::{Bean, Individual};
+    /// let wall = Obstacle::Box { corners: [Point::new(9.0, 0.0), Point::new(10.0, 60.0)] };
+    /// let bean = || Bean::noise_free(Individual::default()).among(&[wall.into()]);
+    /// let reached = |mut bean: Bean| {
+    ///     bean.advance(&[0.0, 1.0], 12.0 * 60.0);
+    ///     bean.apex()[0]
+    /// };
+    /// assert!(reached(bean()) > 1.0 && reached(bean().in_shadow()) < 0.5); // the wall stands before the right lamp
+    /// ```
     #[must_use]
     pub fn in_shadow(self) -> Self {
         Self { is_shaded: true, ..self }

@@ -7,7 +7,6 @@ use rand_chacha::ChaCha8Rng;
 use tropism::control::Controller;
 use tropism::environment::{Environment, Recording, run, unwatched};
 use tropism::lamps::{Layout, Light, MAX_LAMPS};
-use tropism::lighting::Lighting;
 use tropism::observation::Observation;
 use tropism::obstacle::Solid;
 use tropism::random::{self, Purpose};
@@ -128,14 +127,6 @@ impl Specimen {
             Some(_) => detector::seen_in_space(&self.bean.pose()),
             None => Observer::default().observe(&self.bean),
         }
-    }
-
-    /// Grows for a step under any lighting; [`step`](Environment::step) lights one lamp.
-    ///
-    /// # Panics
-    /// If the lighting has lamps that the layout has not.
-    pub fn shine(&mut self, lighting: Lighting) {
-        self.bean.advance_under(lighting, 1.0, self.period_min);
     }
 
     /// The plant as it is.

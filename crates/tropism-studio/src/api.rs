@@ -133,6 +133,11 @@ async fn work_hard_on<T: Send + 'static>(
     work_on(studio, work).await
 }
 
+/// The value that JSON in the address of a request stands for.
+fn parsed<T: DeserializeOwned>(json: &str) -> Result<T, Refusal> {
+    serde_json::from_str(json).map_err(|error| Refusal::bad(error.to_string()))
+}
+
 /// The JSON of a body of bounded size that comes in bounded time.
 async fn read<T: DeserializeOwned>(body: Body) -> Result<T, Refusal> {
     let too_large = || {
@@ -681,8 +686,7 @@ struct FilledIn {
 
 /// The command that a form stands for so far.
 async fn begin_command(State(studio): Shared, Query(FilledIn { form }): Query<FilledIn>) -> Answer {
-    let filled: begin::Filled =
-        serde_json::from_str(&form).map_err(|error| Refusal::bad(error.to_string()))?;
+    let filled: begin::Filled = parsed(&form)?;
     work_on(&studio, move |studio| Ok(Json(begin::preview(studio, &filled)?))).await
 }
 
@@ -939,8 +943,7 @@ struct LookAt {
 }
 
 async fn tune_look(State(studio): Shared, Query(LookAt { plan }): Query<LookAt>) -> Answer {
-    let request: tune::TuneRequest =
-        serde_json::from_str(&plan).map_err(|error| Refusal::bad(error.to_string()))?;
+    let request: tune::TuneRequest = parsed(&plan)?;
     work_hard_on(&studio, move |studio| Ok(Json(tune::look(&studio.root, &request)?))).await
 }
 

@@ -82,7 +82,7 @@ impl TrackPlan {
     fn direction_of_motion(&self, frames: &[Frame], region: Region) -> Option<Direction> {
         let read = |index: usize| {
             let frame = &frames[index];
-            let picture = files::read_photo(&frame.path, frame.time_s).ok()?.open().ok()?;
+            let picture = frame.picture()?;
             let (width, height) = picture.size();
             region.fits(width, height).then(|| picture.crop(region).into_owned())
         };

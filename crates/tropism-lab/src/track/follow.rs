@@ -17,7 +17,7 @@ use tropism::vision::{Calibration, Detection, FrameStatus, TrackedFrame};
 use super::clicks::PlantClick;
 use super::plants::{Plant, PlantPlan};
 use super::series::Series;
-use crate::{Error, Monitor, files};
+use crate::{Error, Monitor};
 
 /// Photographs whose pictures are in memory at the same time.
 const BATCH: usize = 32;
@@ -88,7 +88,7 @@ fn flow(
     for batch in order.chunks(BATCH) {
         let read = |&index: &usize| {
             let frame = &series.frames[index];
-            let picture = files::read_photo(&frame.path, frame.time_s).ok()?.open().ok()?;
+            let picture = frame.picture()?;
             Some(Arc::new(Pyramid::of(&picture)))
         };
         let pictures: Vec<Option<Arc<Pyramid>>> = batch.par_iter().map(read).collect();
@@ -98,7 +98,7 @@ fn flow(
         }
         monitor.advance(batch.len() as u64);
         if !monitor.may_go_on() {
-            return Err(Error::Plan("interrupted before the clicks were followed".to_owned()));
+            return Err(Error::cancelled());
         }
     }
     Ok(places)

@@ -8,7 +8,6 @@ use tropism::vision::phantom::{COMPARED, LEAST_TIPS, MOST_RESEMBLANCE, resemblan
 use tropism::vision::raster::source::reduced_luma;
 
 use super::series::Frame;
-use crate::files;
 
 /// Whether none of the `tips`, each with the index of its photograph, moves against the median of the series.
 pub(super) fn never_moves(frames: &[Frame], tips: &[(usize, Pixel)]) -> bool {
@@ -21,7 +20,7 @@ pub(super) fn never_moves(frames: &[Frame], tips: &[(usize, Pixel)]) -> bool {
     wanted.dedup();
     let read = |&index: &usize| {
         let frame = &frames[index];
-        let picture = files::read_photo(&frame.path, frame.time_s).ok()?.open().ok()?;
+        let picture = frame.picture()?;
         Some((index, reduced_luma(&picture)))
     };
     let (indices, pictures): (Vec<usize>, Vec<_>) = wanted.par_iter().filter_map(read).unzip();

@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use tropism::math::statistics::median;
 use tropism::parallel;
-use tropism::photo::{NameTimes, jump_of_clock, natural_order, times_in_names};
+use tropism::photo::{
+    LazyImage, NameTimes, jump_of_clock, known_times, median_interval, natural_order, times_in_names,
+};
 use tropism::text::plural;
 
 use crate::{Error, files};
@@ -37,6 +39,13 @@ pub(super) struct Frame {
     pub(super) step: u32,
     /// Seconds since the first photograph.
     pub(super) time_s: f64,
+}
+
+impl Frame {
+    /// The photograph, of which no pixel is decoded yet; `None` if it cannot be read.
+    pub(super) fn picture(&self) -> Option<LazyImage> {
+        files::read_photo(&self.path, self.time_s).ok()?.open().ok()
+    }
 }
 
 /// Photographs in the order of their times.
@@ -138,7 +147,8 @@ impl Series {
                 paths.len()
             )));
         }
-        let period_min = period_min.or_else(|| median_interval(&times).map(|seconds| seconds / 60.0));
+        let period_min =
+            period_min.or_else(|| median_interval(&known_times(&times)).map(|seconds| seconds / 60.0));
         let mut series = Self::timed(paths, time_from, &times, period_min.unwrap_or(default_period_min));
         if time_from == TimeSource::Exif {
             warnings.extend(jump_of_clock(&times));
@@ -264,7 +274,7 @@ fn disagreement(exif: &[Option<f64>], names: &NameTimes) -> Option<String> {
         return None;
     }
     let middle = median(&differences);
-    let most = (0.5 * median_interval(exif)?).max(60.0);
+    let most = (0.5 * median_interval(&known_times(exif))?).max(60.0);
     let apart = differences.iter().filter(|difference| (*difference - middle).abs() > most).count();
     (20 * apart > differences.len()).then(|| {
         format!("Exif headers and names disagree on when {} were taken", plural(apart, "photograph"))
@@ -337,19 +347,7 @@ fn numbered_steps(names: &[String]) -> Option<Vec<u32>> {
 
 /// Whether most photographs have a time, and most of these times differ.
 fn are_informative(times: &[Option<f64>]) -> bool {
-    let mut known: Vec<f64> = times.iter().flatten().copied().collect();
-    known.sort_by(f64::total_cmp);
-    known.dedup();
-    2 * known.len() > times.len()
-}
-
-/// The median interval between successive different times, in seconds.
-fn median_interval(times: &[Option<f64>]) -> Option<f64> {
-    let mut known: Vec<f64> = times.iter().flatten().copied().collect();
-    known.sort_by(f64::total_cmp);
-    let intervals: Vec<f64> =
-        known.windows(2).map(|pair| pair[1] - pair[0]).filter(|&interval| interval > 0.0).collect();
-    (!intervals.is_empty()).then(|| median(&intervals))
+    2 * known_times(times).len() > times.len()
 }
 
 /// The times of all photographs: one without a time, such as a damaged file, follows the one before it in the order of

@@ -37,6 +37,13 @@ pub fn standard_deviation(values: &[f64]) -> f64 {
     variance(values).sqrt()
 }
 
+/// The standard deviation of normal values around 0, estimated from their sizes without being moved by outliers: 1.4826 times the
+/// median, which is 0.6745 standard deviations.
+#[must_use]
+pub fn robust_deviation(sizes: &[f64]) -> f64 {
+    1.4826 * median(sizes)
+}
+
 /// The upper median after `compare`: the middle value, of an even count the greater of the middle two; `None` without
 /// values.
 ///

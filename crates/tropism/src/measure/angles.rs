@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::estimate::{Estimate, Status};
 use super::forcing::minimised;
-use crate::math::statistics::{mean, median};
+use crate::math::statistics::{mean, robust_deviation};
 use crate::math::{exp, ln, sin};
 
 /// Angles of one plant over time.
@@ -71,7 +71,7 @@ impl AngleRecord {
         // White noise has six times its variance in second differences.
         let second: Vec<f64> =
             degrees.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
-        let noise = 1.4826 * median(&second) / 6_f64.sqrt();
+        let noise = robust_deviation(&second) / 6_f64.sqrt();
         let ends = (count / 12).clamp(1, 6);
         let (first, last) =
             (mean(degrees[..ends].iter().copied()), mean(degrees[count - ends..].iter().copied()));

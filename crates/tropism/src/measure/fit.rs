@@ -16,7 +16,7 @@ use super::record::StemRecord;
 use super::rod::{BASE, CURVATURE, FREE_POINTS, LN_BETA, LN_EDGE, LN_GAMMA, LN_TAU, LN_ZONE, Law, NU, Rod};
 use crate::geometry::Point;
 use crate::math::cholesky::Cholesky;
-use crate::math::statistics::{mean, median};
+use crate::math::statistics::{mean, median, robust_deviation};
 use crate::math::{atan2, exp, ln};
 
 /// Most knots of the forcing. Chosen: six a period of circumnutation for 12 such periods.
@@ -433,7 +433,7 @@ impl<'a> Fitting<'a> {
             }
         }
         // A second difference of white noise has six times its variance.
-        1.4826 * median(&apart) / 6_f64.sqrt()
+        robust_deviation(&apart) / 6_f64.sqrt()
     }
 
     fn finish(self) -> Fit {

@@ -5,7 +5,7 @@
 
 use crate::geometry::{Point, STEM_POINTS};
 use crate::lamps::Light;
-use crate::math::statistics::median;
+use crate::math::statistics::{median, robust_deviation, standard_deviation};
 use crate::observation::Quality;
 use crate::track::Track;
 
@@ -222,9 +222,9 @@ impl Line {
             .filter(|(times, _)| times.len() >= 2)
             .map(|(times, values)| self::slope(times, values))
             .collect();
-        let spread = crate::math::statistics::standard_deviation(&slopes);
+        let spread = standard_deviation(&slopes);
         let half = T_5 * spread / (slopes.len() as f64).sqrt();
-        Self { start, slope, slope_interval: [slope - half, slope + half], scatter: 1.4826 * median(&away) }
+        Self { start, slope, slope_interval: [slope - half, slope + half], scatter: robust_deviation(&away) }
     }
 
     /// The value at a time in h.

@@ -21,7 +21,7 @@ pub use self::exif::header_of_virtual_plant;
 pub use self::exif::{ExifHeader, Orientation};
 pub use self::image::Image;
 pub use self::name_order::natural_order;
-pub use self::name_times::{NameTimes, jump_of_clock, times_in_names};
+pub use self::name_times::{NameTimes, jump_of_clock, known_times, median_interval, times_in_names};
 pub use self::tiff::TiffPages;
 pub use self::timestamp::time_in_name;
 

@@ -643,7 +643,7 @@ impl Reading {
         if let Form::Calendar { date: Date::NameDay | Date::MonthDay | Date::DayMonth, .. } = form {
             cut_cycle(&mut times, 366.0 * DAY_S);
         }
-        let known = sorted(&times);
+        let known = known_times(&times);
         if 2 * known.len() <= times.len() || known.len() < 2 {
             return None;
         }
@@ -659,7 +659,7 @@ impl Reading {
 
     /// Looks for what a clock does: an hour back or on, a new date, an old one.
     fn check_clock(&self, names: &[Name<'_>], found: &mut NameTimes) {
-        let known = sorted(&found.times);
+        let known = known_times(&found.times);
         let Some(usual) = median_interval(&known) else { return };
         let numbers = self.used.and_then(|used| {
             counter_beside(names, used, matches!(self.form, Form::Calendar { skip: 1.., .. }))
@@ -687,7 +687,7 @@ impl Reading {
         if !is_one_day || names.len() < 4 || matches!(self.form, Form::Unix { .. }) {
             return None;
         }
-        let known = sorted(&self.times);
+        let known = known_times(&self.times);
         let gap = known.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
         let around = known[0] + DAY_S - known[known.len() - 1];
         (around <= 1.5 * usual && gap > (2.0 * HOUR_S).max(3.0 * usual)).then(|| {
@@ -700,7 +700,7 @@ impl Reading {
     /// Whether the clock may be one of twelve hours without AM and PM.
     fn half_days(&self, names: &[Name<'_>]) -> Option<String> {
         let Form::Calendar { clock: Clock::Seconds | Clock::Minutes, .. } = self.form else { return None };
-        let known = sorted(&self.times);
+        let known = known_times(&self.times);
         let hours: Vec<f64> =
             self.times.iter().flatten().map(|time| (time % DAY_S / HOUR_S).floor()).collect();
         let span = known[known.len() - 1] - known[0];
@@ -715,14 +715,17 @@ impl Reading {
 }
 
 /// The known times, each once, in order.
-fn sorted(times: &[Option<f64>]) -> Vec<f64> {
+#[must_use]
+pub fn known_times(times: &[Option<f64>]) -> Vec<f64> {
     let mut known: Vec<f64> = times.iter().flatten().copied().collect();
     known.sort_by(f64::total_cmp);
     known.dedup();
     known
 }
 
-fn median_interval(known: &[f64]) -> Option<f64> {
+/// The median interval between successive [`known_times`]; `None` of fewer than two.
+#[must_use]
+pub fn median_interval(known: &[f64]) -> Option<f64> {
     let intervals: Vec<f64> = known.windows(2).map(|pair| pair[1] - pair[0]).collect();
     (!intervals.is_empty()).then(|| median(&intervals))
 }
@@ -762,7 +765,7 @@ fn over_midnight(times: &mut Vec<Option<f64>>) {
     };
     let is_half = times.iter().flatten().all(|time| (HOUR_S..13.0 * HOUR_S).contains(time));
     let day = unwrapped(DAY_S);
-    let even = |times: &[Option<f64>]| even_share(&sorted(times), 1.0);
+    let even = |times: &[Option<f64>]| even_share(&known_times(times), 1.0);
     *times = match is_half.then(|| unwrapped(0.5 * DAY_S)) {
         Some(half) if even(&half) > even(&day) => half,
         _ => day,
@@ -772,7 +775,7 @@ fn over_midnight(times: &mut Vec<Option<f64>>) {
 
 /// Moves what lies before the largest gap behind the rest, where the ends of a cycle meet.
 fn cut_cycle(times: &mut [Option<f64>], cycle: f64) {
-    let known = sorted(times);
+    let known = known_times(times);
     let Some(usual) = median_interval(&known) else { return };
     let around = known[0] + cycle - known[known.len() - 1];
     let Some(gap) = known.windows(2).max_by(|one, other| (one[1] - one[0]).total_cmp(&(other[1] - other[0])))
@@ -876,7 +879,7 @@ fn in_order_of_numbers(numbers: &[u64], usual: f64, resolution_s: f64, found: &m
 /// A gap that is longer than three times all others together, and than a day: the clock was set then.
 #[must_use]
 pub fn jump_of_clock(times: &[Option<f64>]) -> Option<String> {
-    let known = sorted(times);
+    let known = known_times(times);
     if known.len() < 3 {
         return None;
     }
