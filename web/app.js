@@ -16,7 +16,7 @@ championOf.set(text(), "paper");
 
 for (const element of $$("[data-ic]")) if (!element.querySelector(".ic")) element.insertAdjacentHTML("afterbegin", icon(element.dataset.ic).text);
 $("#theme").onclick = toggleTheme;
-// What is told of the bean stands beside it.
+// The numbers of the bean stand beside it.
 const side = $("#view-plane .main-side > .stack:last-child");
 side.append($("#play-sheet"), $("#champion-sheet"));
 const rule = document.createElement("button");

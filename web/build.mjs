@@ -51,8 +51,8 @@ async function ask(wasm, question) {
   new DataView(exports.memory.buffer).setUint32(at, text.length, true);
   new Uint8Array(exports.memory.buffer).set(text, at + 4);
   const length = exports.ask() >>> 0;
-  const told = Buffer.from(exports.memory.buffer, exports.answer() >>> 0, length);
-  return told.subarray(4, 4 + told.readUInt32LE()).toString();
+  const reply = Buffer.from(exports.memory.buffer, exports.answer() >>> 0, length);
+  return reply.subarray(4, 4 + reply.readUInt32LE()).toString();
 }
 
 /** The style sheet of the paper's figures, on light and dark ground as the page has it. */

@@ -9,42 +9,42 @@ import { $, controllers, html, inSeconds, num, onEvolution, plural, put, say, tr
 /** Seeds of unseen beans: none that was tried on the page before. */
 const SEEDS = Array.from({ length: 12 }, (_, bean) => 5001 + bean);
 
-/** What is shown, and of which evolution. @type {{ name: string, told: any }} */
-let shown = { name: "", told: null };
+/** What is shown, and of which evolution. @type {{ name: string, found: any }} */
+let shown = { name: "", found: null };
 
 const species = fit($("#species"), (width) => {
-  const told = shown.told;
-  if (!told?.marks.length) return "";
+  const found = shown.found;
+  if (!found?.marks.length) return "";
   return plot({
     w: width,
     h: 130,
-    x: [0, told.generations],
-    y: [0, Math.max(2, ...told.species) * 1.1],
+    x: [0, found.generations],
+    y: [0, Math.max(2, ...found.species) * 1.1],
     xl: "generation",
     yl: "species",
-    label: `Mean number of species, now ${num(told.species.at(-1), 1)}`,
-    body: (x, y) => `<path class="stroke bold quiet" d="${line(told.marks, told.species, x, y)}"/>`,
+    label: `Mean number of species, now ${num(found.species.at(-1), 1)}`,
+    body: (x, y) => `<path class="stroke bold quiet" d="${line(found.marks, found.species, x, y)}"/>`,
   });
 });
 
-onEvolution(async (name, told) => {
+onEvolution(async (name, found) => {
   const isNew = shown.name !== name;
-  shown = { name, told };
+  shown = { name, found };
   $("#champion-sheet").hidden = false;
   species();
   if (isNew) {
     put($("#decision"), "");
     put($("#unseen-result"), "");
   }
-  $("#unseen").disabled = told.state !== "over";
-  if (told.state !== "over") {
-    $("#champion-says").textContent = `${plural(told.evaluations, "network")} evaluated on simulated plants so far.`;
+  $("#unseen").disabled = found.state !== "over";
+  if (found.state !== "over") {
+    $("#champion-says").textContent = `${plural(found.evaluations, "network")} evaluated on simulated plants so far.`;
     return;
   }
-  const { runs, champion } = told.results;
+  const { runs, champion } = found.results;
   const chosen = runs[champion];
   $("#champion-says").textContent =
-    `${plural(told.evaluations, "network")} in ${inSeconds(told.seconds)}. The champion of run ${champion + 1}, with ${plural(chosen.links, "link")}: ` +
+    `${plural(found.evaluations, "network")} in ${inSeconds(found.seconds)}. The champion of run ${champion + 1}, with ${plural(chosen.links, "link")}: ` +
     `mean fitness ${num(chosen.trial.mean, 1)} cm on models of single plants${chosen.withheld ? `, which is no expectation: ${chosen.withheld}` : ""}.`;
   try {
     const found = await lead.ask({ ask: "champion", champion: chosen.file, seed: 1 });

@@ -27,7 +27,7 @@ export class Evolution {
     /** @type {Engine[]} */
     this.hands = [];
     this.began = performance.now();
-    this.told = 0;
+    this.shownAt = 0;
   }
 
   /** Does all of it; gives the champion's file, or null if it was stopped. @returns {Promise<string | null>} */
@@ -73,8 +73,8 @@ export class Evolution {
       if (isDone || this.isStopped) return;
       const took = performance.now() - began;
       generations = Math.max(1, Math.min(50, Math.round((generations * SLICE_MS) / Math.max(1, took))));
-      if (began - this.told > 250) {
-        this.told = began;
+      if (began - this.shownAt > 250) {
+        this.shownAt = began;
         await this.show(false);
       }
     }

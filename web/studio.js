@@ -15,7 +15,7 @@ export const controllers = new Map([
 /** Champions of drawings, by what was drawn: the paper's for the paper's. @type {Map<string, string>} */
 export const championOf = new Map();
 
-/** Evolutions by name, and what they last told. @type {Map<string, { evolution: Evolution, view: any, hears: Set<(view: any) => void> }>} */
+/** Evolutions by name, and what they last sent. @type {Map<string, { evolution: Evolution, view: any, hears: Set<(view: any) => void> }>} */
 export const evolutions = new Map();
 
 export const session = Promise.resolve({ session: { csrf: "", read_only: false } });

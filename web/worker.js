@@ -20,9 +20,9 @@ function ask(question, bytes) {
   const at = reserve(written.length) >>> 0;
   new Uint8Array(memory.buffer).set(written, at);
   const length = answers() >>> 0;
-  const told = new Uint8Array(memory.buffer, answer() >>> 0, length);
-  const size = new DataView(told.buffer, told.byteOffset).getUint32(0, true);
-  return { json: JSON.parse(new TextDecoder().decode(told.subarray(4, 4 + size))), bytes: told.slice(4 + size) };
+  const reply = new Uint8Array(memory.buffer, answer() >>> 0, length);
+  const size = new DataView(reply.buffer, reply.byteOffset).getUint32(0, true);
+  return { json: JSON.parse(new TextDecoder().decode(reply.subarray(4, 4 + size))), bytes: reply.slice(4 + size) };
 }
 
 addEventListener("message", async ({ data }) => {

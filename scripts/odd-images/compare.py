@@ -278,8 +278,8 @@ def damaged(program, rng, folder):
         path.write_bytes(data)
         count[kind] += 1
         missed[kind] += not isinstance(program.decode(path), str)
-    told = DAMAGED - sum(missed.values())
-    print(f"{DAMAGED} damaged JPEG files: {told} called damaged ({100 * told / DAMAGED:.1f} %); missed: {dict(missed)}")
+    detected = DAMAGED - sum(missed.values())
+    print(f"{DAMAGED} damaged JPEG files: {detected} called damaged ({100 * detected / DAMAGED:.1f} %); missed: {dict(missed)}")
 
 
 def camera_like(program, rng, folder):

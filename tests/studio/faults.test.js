@@ -157,7 +157,7 @@ for (const browser of BROWSERS) {
     await becomes(opened, /Stopped/);
   });
 
-  test(`a stop over a silent network is told and tried again (${browser})`, async (t) => {
+  test(`a stop over a silent network is reported and tried again (${browser})`, async (t) => {
     const cwd = folder(t);
     live(t, cwd, "bean");
     const { address, state, cut } = await network(t, (await studio(t, cwd)).address);
@@ -167,7 +167,7 @@ for (const browser of BROWSERS) {
     state.isSilent = true;
     await askToStop(opened);
     const notice = opened.locator(".notice");
-    await until(async () => /The stop waits for the studio/.test((await notice.allTextContents()).join()), "it is told that it waits", 5);
+    await until(async () => /The stop waits for the studio/.test((await notice.allTextContents()).join()), "the page says that it waits", 5);
     await until(async () => /has not reached the studio/.test((await notice.allTextContents()).join()), "and that it did not arrive", 20);
     assert.match(await chip(opened), /Live/);
     state.isSilent = false;
@@ -176,7 +176,7 @@ for (const browser of BROWSERS) {
     await until(async () => (await notice.count()) === 0, "nothing is left to tell");
   });
 
-  test(`what is gone is told to be gone (${browser})`, async (t) => {
+  test(`what is gone is said to be gone (${browser})`, async (t) => {
     const cwd = folder(t);
     await short(t, cwd, "bean", 1);
     const { address } = await studio(t, cwd);
@@ -184,7 +184,7 @@ for (const browser of BROWSERS) {
     const file = path.join(cwd, "bean/photographs/000004.jpg");
     fs.renameSync(file, `${file}.away`);
     const opened = await tab(context, `${address}run?at=bean`);
-    await until(async () => /photograph missing/.test(await opened.textContent("#health")), "the missing photograph is told");
+    await until(async () => /photograph missing/.test(await opened.textContent("#health")), "the missing photograph is reported");
     assert.match(await opened.textContent("#no-photo"), /could not be loaded/);
     assert.ok(await opened.locator("#no-photo").isVisible());
     fs.renameSync(`${file}.away`, file);

@@ -15,7 +15,7 @@ const native = (line) => {
 };
 const made = (name) => fs.readFileSync(path.join(folder, name), "utf8");
 /** The answer to a question that can be answered. */
-const told = (ask, question, bytes) => {
+const asked = (ask, question, bytes) => {
   const { json } = ask(question, bytes);
   assert.equal(json.error, undefined, JSON.stringify(question).slice(0, 200));
   return json;
@@ -25,12 +25,12 @@ test("a model and a champion are those of the native program", async () => {
   const ask = await module();
   const drawing = { targets: [[-3, 8.5], [2, 6]] };
   const evolution = { runs: 3, generations: 12 };
-  const { task, data, kind } = told(ask, { ask: "task", drawing });
+  const { task, data, kind } = asked(ask, { ask: "task", drawing });
   fs.writeFileSync(path.join(folder, "drawn.toml"), task);
-  const commands = told(ask, { ask: "commands", name: "drawn", drawing, evolution, seed: 7 });
+  const commands = asked(ask, { ask: "commands", name: "drawn", drawing, evolution, seed: 7 });
   for (const line of commands) native(line.replace(/^tropism /, ""));
 
-  const { file } = told(ask, { ask: "fit", kind });
+  const { file } = asked(ask, { ask: "fit", kind });
   assert.equal(file, made("virtual-bean.json"));
   // One module does run 1 in uneven slices, another one the rest.
   const other = await module();
@@ -39,14 +39,14 @@ test("a model and a champion are those of the native program", async () => {
     [ask, [1], [1, 7, 100]],
     [other, [2, 0], [100]],
   ]) {
-    told(hand, { ask: "model", file });
-    told(hand, { ask: "begin", task: data, evolution, seed: 7, own });
-    const last = slices.map((generations) => told(hand, { ask: "advance", generations })).at(-1);
+    asked(hand, { ask: "model", file });
+    asked(hand, { ask: "begin", task: data, evolution, seed: 7, own });
+    const last = slices.map((generations) => asked(hand, { ask: "advance", generations })).at(-1);
     assert.ok(last.is_done);
-    champions.push(...told(hand, { ask: "finish" }));
+    champions.push(...asked(hand, { ask: "finish" }));
   }
   champions.sort((one, two) => one.run - two.run);
-  const { run } = told(ask, { ask: "choose", trials: champions.map(({ trial }) => trial) });
+  const { run } = asked(ask, { ask: "choose", trials: champions.map(({ trial }) => trial) });
   assert.equal(champions[run].file, made("drawn/champion.json"));
   champions.forEach((champion) => assert.equal(champion.file, made(`drawn/champions/run-0${champion.run}.json`)));
 });
@@ -58,13 +58,13 @@ test("photographs are tracked as by the native program", async () => {
   native(`track tent/photographs ${place} --out native.csv`);
   const photographs = path.join(folder, "tent", "photographs");
   const listed = fs.readdirSync(photographs);
-  const names = told(ask, { ask: "order", names: listed }).map((place) => listed[place]);
+  const names = asked(ask, { ask: "order", names: listed }).map((place) => listed[place]);
   const bytes = names.map((name) => fs.readFileSync(path.join(photographs, name)));
   const first = bytes.slice(0, 6);
   const region = { x: 113, y: 67, width: 421, height: 344 };
   const question = { ask: "track", px_per_cm: 8.757, base: { x: 323, y: 417 }, region, period_min: 5 };
-  told(ask, { ...question, first: first.map(({ length }) => length) }, Buffer.concat(first));
-  names.forEach((name, step) => told(ask, { ask: "next", name }, bytes[step]));
+  asked(ask, { ...question, first: first.map(({ length }) => length) }, Buffer.concat(first));
+  names.forEach((name, step) => asked(ask, { ask: "next", name }, bytes[step]));
   const rows = (text) => {
     const [head, ...lines] = text.trim().split("\n").map((line) => line.split(","));
     return lines.map((line) => Object.fromEntries(head.map((name, column) => [name, line[column]])));

@@ -21,8 +21,8 @@ time("six beans of 1000 steps and their model", { ask: "fit" });
 const task = { kind: "targets", targets: [[3, 6], [-5, 9], [-1, 13.5]], end_height_cm: 13.8 };
 time("beginning", { ask: "begin", task, evolution: { runs: 2, generations: 300 }, seed: 1, own: [0, 1] });
 time("two runs of 300 generations", { ask: "advance", generations: 300 });
-const told = time("their champions", { ask: "finish" });
-console.log(`best fitness ${told[0].best} and ${told[1].best} cm`);
+const champions = time("their champions", { ask: "finish" });
+console.log(`best fitness ${champions[0].best} and ${champions[1].best} cm`);
 
 const files = process.argv.slice(2).flatMap((place) => (fs.statSync(place).isDirectory() ? fs.readdirSync(place).map((name) => path.join(place, name)) : [place]));
 const pictures = files.filter((name) => /\.(jpe?g|png|tiff?)$/i.test(name)).sort();

@@ -15,8 +15,8 @@ export async function module() {
     memory.set(text, at + 4);
     memory.set(bytes, at + 4 + text.length);
     const length = exports.ask() >>> 0;
-    const told = Buffer.from(exports.memory.buffer, exports.answer() >>> 0, length);
-    const size = told.readUInt32LE();
-    return { json: JSON.parse(told.subarray(4, 4 + size)), bytes: Buffer.from(told.subarray(4 + size)) };
+    const reply = Buffer.from(exports.memory.buffer, exports.answer() >>> 0, length);
+    const size = reply.readUInt32LE();
+    return { json: JSON.parse(reply.subarray(4, 4 + size)), bytes: Buffer.from(reply.subarray(4 + size)) };
   };
 }

@@ -192,7 +192,7 @@ fn scaled_colours_are_near_the_means_of_the_pixels() {
 }
 
 #[test]
-fn damage_is_told_and_what_follows_the_end_is_not_looked_at() {
+fn damage_is_detected_and_what_follows_the_end_is_not_looked_at() {
     let image = scene(64, 48, 30.0);
     for is_progressive in [false, true] {
         let whole = encoded(&image, PLAIN, is_progressive);
@@ -219,9 +219,9 @@ fn damage_is_told_and_what_follows_the_end_is_not_looked_at() {
     for is_progressive in [false, true] {
         let whole = encoded(&scene(320, 240, 8.0), PLAIN, is_progressive);
         let places = whole.len() / 4..whole.len() - 600;
-        let is_told = |at: &usize| Jpeg::read(&[&whole[..*at], &whole[at + 500..]].concat()).is_err();
-        let told = places.clone().step_by(101).filter(is_told).count();
-        assert!(told as f64 > 0.9 * places.len().div_ceil(101) as f64, "{told} of {places:?}");
+        let is_detected = |at: &usize| Jpeg::read(&[&whole[..*at], &whole[at + 500..]].concat()).is_err();
+        let detected = places.clone().step_by(101).filter(is_detected).count();
+        assert!(detected as f64 > 0.9 * places.len().div_ceil(101) as f64, "{detected} of {places:?}");
     }
     assert_eq!(Jpeg::scan_only(&encoded(&image, PLAIN, false)), Some(4 * 3 * 6));
     assert!(matches!(Jpeg::read(b"GIF89a"), Err(JpegError::Unsupported(_))));

@@ -58,7 +58,7 @@ pub fn curves(runs: &[&[ShownGeneration]]) -> Map<String, Value> {
         (0..marks.len()).filter_map(|place| five_numbers(&at(&best, place))).collect();
     let column = |place: usize| quartiles.iter().map(|five| rounded(five[place], 3)).collect::<Vec<f64>>();
     let last = |of: fn(&ShownGeneration) -> f64| runs.iter().map(move |run| run.last().map(of));
-    let told = json!({
+    let answer = json!({
         "done": runs.iter().map(|run| run.len()).sum::<usize>(),
         "evaluations": runs.iter().filter_map(|run| run.last()).map(|last| last.evaluations).sum::<u64>(),
         "q1": column(1), "median": column(2), "q3": column(3), "top": column(4),
@@ -68,8 +68,8 @@ pub fn curves(runs: &[&[ShownGeneration]]) -> Map<String, Value> {
         "marks": marks,
         "best": best,
     });
-    let Value::Object(told) = told else { unreachable!("an object was written above") };
-    told
+    let Value::Object(answer) = answer else { unreachable!("an object was written above") };
+    answer
 }
 
 /// Generations from 1 that are shown of so many: every `stride`-th, and the last.
@@ -94,11 +94,11 @@ mod tests {
             evaluations,
         };
         let [long, short] = [[generation(1.0, 50), generation(4.0, 100)], [generation(2.0, 50); 2]];
-        let told = curves(&[&long, &short[..1]]);
-        assert_eq!(told["marks"], json!([1, 2]));
-        assert_eq!((&told["top"], &told["median"]), (&json!([2.0, 4.0]), &json!([1.5, 4.0])));
-        assert_eq!((&told["done"], &told["evaluations"]), (&json!(3), &json!(150)));
-        assert_eq!(told["latest"], json!([4.0, 2.0]));
+        let answer = curves(&[&long, &short[..1]]);
+        assert_eq!(answer["marks"], json!([1, 2]));
+        assert_eq!((&answer["top"], &answer["median"]), (&json!([2.0, 4.0]), &json!([1.5, 4.0])));
+        assert_eq!((&answer["done"], &answer["evaluations"]), (&json!(3), &json!(150)));
+        assert_eq!(answer["latest"], json!([4.0, 2.0]));
         assert_eq!(curves(&[&[]])["marks"], json!([]));
         assert_eq!(marks(10, 4), [1, 5, 9, 10]);
     }

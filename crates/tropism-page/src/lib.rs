@@ -26,7 +26,7 @@ impl PageError {
     }
 }
 
-/// A number as a page is told it.
+/// A number as it is sent to a page.
 fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10.0_f64.powi(decimals);
     (scale * value).round() / scale

@@ -30,7 +30,7 @@ struct Frame {
     off: Option<f64>,
 }
 
-/// Grows the common bean of `seed` in the paper's tent for `steps` steps at most, or until `task` is over. Told are the frames,
+/// Grows the common bean of `seed` in the paper's tent for `steps` steps at most, or until `task` is over. Returns the frames,
 /// fitness so far (cm) and crossings from step `from` on.
 pub fn try_out(
     task: &Task,
@@ -131,9 +131,9 @@ mod tests {
     #[test]
     fn a_person_who_lights_the_same_lamps_grows_the_same_bean() {
         let task = Task { max_steps: 30, ..Task::default() };
-        let told = try_out(&task, &mut Greedy::new(&task, &Layout::default()), 4, MOST_STEPS, 0);
-        let frames = told["frames"].as_array().unwrap();
-        assert_eq!((frames.len(), &told["is_over"]), (31, &json!(true)));
+        let answer = try_out(&task, &mut Greedy::new(&task, &Layout::default()), 4, MOST_STEPS, 0);
+        let frames = answer["frames"].as_array().unwrap();
+        assert_eq!((frames.len(), &answer["is_over"]), (31, &json!(true)));
         let letters: String =
             frames.iter().filter_map(|frame| frame["lamp"].as_str()).map(|lamp| &lamp[..1]).collect();
         let own = try_out(&task, &mut schedule_of(&letters).unwrap(), 4, letters.len() as u32, 10);

@@ -521,7 +521,7 @@ function targets() {
   const all = about.targets ?? [];
   const isForm = Boolean(status.off);
   $("#targets-scroll").hidden = all.length === 0 && !isForm;
-  told();
+  showEvents();
   if (isForm) return form();
   if (!all.length) return;
   const row = (target, index) => {
@@ -594,7 +594,7 @@ function form() {
 }
 
 /** Says what is expected, or why nothing is. */
-function told() {
+function showEvents() {
   $("#fan-key").hidden = !isOn() || !prediction;
   const text = () => {
     if (!isOn()) return "";
@@ -634,13 +634,13 @@ function health() {
     >`,
   );
   // What says the same again and again is shown once, with a count.
-  const told = missing
+  const listed = missing
     ? [{ kind: "missing", is_warning: true, count: 1, step: missing.number, says: "This photograph could not be loaded.", todo: "Look whether its file is there, and at the network." }]
     : [];
   for (const event of [...events].reverse()) {
-    const same = told.at(-1);
+    const same = listed.at(-1);
     if (same && same.kind === event.kind) same.count++;
-    else told.push({ ...event, count: 1 });
+    else listed.push({ ...event, count: 1 });
   }
   const item = (event) =>
     html`<li class="event">
@@ -650,7 +650,7 @@ function health() {
       ${event.todo ? html`<span class="todo"><b>${event.todo}</b></span>` : ""}
       ${event.text && event.todo ? html`<span class="todo">${event.text}</span>` : ""}
     </li>`;
-  put($("#events"), told.length ? told.slice(0, 12).map(item) : html`<li class="soft">Nothing happened yet.</li>`);
+  put($("#events"), listed.length ? listed.slice(0, 12).map(item) : html`<li class="soft">Nothing happened yet.</li>`);
   const row = (name, value) =>
     html`<tr>
       <th scope="row">${name}</th>

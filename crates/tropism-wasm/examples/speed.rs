@@ -21,6 +21,6 @@ fn main() {
         "evolution":{"runs":2,"generations":300},"seed":1,"own":[0,1]}"#;
     time(&mut session, "beginning", begin);
     time(&mut session, "two runs of 300 generations", r#"{"ask":"advance","generations":300}"#);
-    let told = time(&mut session, "their champions", r#"{"ask":"finish"}"#);
-    println!("best fitness {} and {} cm", told[0]["best"], told[1]["best"]);
+    let champions = time(&mut session, "their champions", r#"{"ask":"finish"}"#);
+    println!("best fitness {} and {} cm", champions[0]["best"], champions[1]["best"]);
 }

@@ -10,7 +10,7 @@ use tropism_report::{self as report, Figure, Goals, Plants};
 use crate::SessionError;
 use crate::evolution::simulate;
 
-fn told(figures: Vec<Figure>) -> Value {
+fn answer(figures: Vec<Figure>) -> Value {
     figures.into_iter().filter_map(figure).collect::<Vec<_>>().into()
 }
 
@@ -19,7 +19,7 @@ pub(crate) fn tracks(tracks: &[Track]) -> Value {
     let mut figures =
         vec![report::trajectories(tracks, Plants::Virtual), report::directions(tracks, Plants::Virtual)];
     figures.extend(report::shift_maps(tracks, Plants::Virtual));
-    told(figures)
+    answer(figures)
 }
 
 /// Figures 6a and 6b: the best fitness of each generation over all runs, and best and mean fitness of the run that ends with the median.
@@ -29,7 +29,7 @@ pub(crate) fn fitness(best: &[Vec<f64>], mean: &[Vec<f64>]) -> Value {
     by_end.sort_by(|one, other| end(one).total_cmp(&end(other)));
     let median = by_end.get(by_end.len() / 2).copied().unwrap_or(0);
     let of = |runs: &[Vec<f64>]| runs.get(median).cloned().unwrap_or_default();
-    told(vec![
+    answer(vec![
         report::fitness_boxes(best, "cm", Plants::ModelOfVirtual),
         report::fitness_run(median, &of(best), &of(mean), "cm", Plants::ModelOfVirtual),
     ])
@@ -45,5 +45,5 @@ pub(crate) fn steered(
     let track = simulate(champion, model, task, seed, 0)?;
     let fitness = (task.fitness(&track), task.best_fitness());
     let title = "Simulated plant";
-    Ok(told(vec![report::steering("7a", title, &track, &Goals::of(task), fitness, Plants::ModelOfVirtual)]))
+    Ok(answer(vec![report::steering("7a", title, &track, &Goals::of(task), fitness, Plants::ModelOfVirtual)]))
 }

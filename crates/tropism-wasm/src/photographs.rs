@@ -91,7 +91,7 @@ impl Series {
         let stem = detected.as_ref().ok().and_then(|detection| detection.stem.clone());
         let seen = self.tracker.update(detected, time_s);
         let light = frame.picture().ok().and_then(|picture| lamp_state(picture, None));
-        let told = json!({
+        let answer = json!({
             "name": name,
             "class": seen.status.to_string(),
             "is_measured": seen.is_measured(),
@@ -108,7 +108,7 @@ impl Series {
             self.columns.iter_mut().zip(cells).for_each(|(column, cell)| column.push(cell));
         }
         self.step += 1;
-        told
+        answer
     }
 
     /// The track so far, as the bytes of a CSV file.

@@ -53,7 +53,7 @@ impl Tent {
             // Nothing was seen so far: the lamp stays as it is.
             (Some(_), None) => self.lit,
         };
-        let told = json!({
+        let answer = json!({
             "step": self.step,
             "tip": observation.map(|seen| seen.tip),
             "tip_px": seen.tip_px,
@@ -68,6 +68,6 @@ impl Tent {
         self.step += 1;
         let until = Duration::from_secs_f64(60.0 * PAPER_PERIOD_MIN * f64::from(self.step));
         let _ = self.handle.wait_until(until, &mut || ControlFlow::Continue(()));
-        Ok((told, bytes))
+        Ok((answer, bytes))
     }
 }

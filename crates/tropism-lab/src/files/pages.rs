@@ -13,7 +13,7 @@ use super::{FileError, disk, name_text};
 /// A file whose tags are read: the pages of a series are read one after the other.
 struct OpenFile {
     path: PathBuf,
-    /// Length and time of change, by which another file of the same name is told.
+    /// Length and time of change, by which another file of the same name is recognised.
     state: (u64, Option<SystemTime>),
     pages: TiffPages<BufReader<File>>,
 }

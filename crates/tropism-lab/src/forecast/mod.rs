@@ -228,10 +228,10 @@ impl ForecastPlan {
         let starts: Vec<Vec<usize>> =
             plants.iter().map(|plant| plant.starts(&self.horizons_min, self.interval_min, view)).collect();
         // Plants without a start judge nothing.
-        let judging: Vec<(u32, &LeftOut, &Vec<usize>)> =
+        let scored: Vec<(u32, &LeftOut, &Vec<usize>)> =
             (0..).zip(plants).zip(&starts).map(|((number, plant), starts)| (number, plant, starts)).collect();
-        let judging: Vec<_> = judging.into_iter().filter(|(.., starts)| !starts.is_empty()).collect();
-        if judging.is_empty() {
+        let scored: Vec<_> = scored.into_iter().filter(|(.., starts)| !starts.is_empty()).collect();
+        if scored.is_empty() {
             let longest = self.horizons_min.iter().copied().fold(0.0, f64::max);
             return Err(Error::Plan(format!(
                 "found no start in the {} plants, wanted a measured tip below {} cm with {longest} minutes of lit steps after it, \
@@ -241,7 +241,7 @@ impl ForecastPlan {
             )));
         }
         let still =
-            judging.iter().map(|(_, plant, starts)| score_still(plant, starts, &self.horizons_min, view));
+            scored.iter().map(|(_, plant, starts)| score_still(plant, starts, &self.horizons_min, view));
         let mut models = vec![self.row("standing still", &[still.collect()])];
         for (name, replicates) in groups {
             let of_replicate = |model: &Model| -> Result<Vec<PlantScore>, Error> {
@@ -253,12 +253,12 @@ impl ForecastPlan {
                     monitor.advance(1);
                     Ok(scored)
                 };
-                parallel::try_map(judging.len(), |number| of_plant(&judging[number]))
+                parallel::try_map(scored.len(), |number| of_plant(&scored[number]))
             };
             let scores = replicates.iter().map(of_replicate).collect::<Result<Vec<_>, _>>()?;
             models.push(self.row(name, &scores));
         }
-        Ok(LightForecasts { light, plants: judging.len(), starts: starts.iter().map(Vec::len).sum(), models })
+        Ok(LightForecasts { light, plants: scored.len(), starts: starts.iter().map(Vec::len).sum(), models })
     }
 
     /// The row of a model, from the scores of each replicate on each plant.

@@ -421,7 +421,7 @@ fn groups(plants: &[PlantConstants]) -> Vec<GroupConstants> {
     names.into_iter().map(of_name).collect()
 }
 
-/// The values of a constant that can be told.
+/// The values of a constant that are identified.
 fn values_of(plants: &[&PlantConstants], symbol: &str) -> Vec<f64> {
     let all = plants.iter().flat_map(|plant| &plant.estimates);
     all.filter(|estimate| estimate.symbol == symbol && is_used(estimate))

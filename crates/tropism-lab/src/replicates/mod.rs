@@ -518,7 +518,7 @@ impl Stages<'_> {
                 costs.push(cost);
             }
         }
-        self.monitor.note(&format!("{}: judging", self.scenario.name));
+        self.monitor.note(&format!("{}: test plants", self.scenario.name));
         let judged = self.judge(controllers)?;
         Ok(ScenarioResults::new(config, self.scenario, &self.greenhouse, &judged, &costs, &self.task))
     }

@@ -34,7 +34,7 @@ pub struct ScenarioStatus {
     pub controllers_done: usize,
     /// Controllers that all replicates make for this scenario by all methods; 0 with borrowed controllers.
     pub controllers: usize,
-    /// How far their judging is, if it has begun.
+    /// How far their comparison on test plants is, if it has begun.
     pub judged: Option<TransferStatus>,
 }
 
