@@ -259,14 +259,14 @@ impl RunFolder {
 
     /// Writes `track.csv`: `track` with the photograph of each step and the pixel of the tip in it. The light of a row is the
     /// one that acted: `dark` where the lamp did not confirm it, or where the next photograph shows another one. Then a
-    /// further column says what was decided. With `has_stems` the stems stand in further columns: a task with obstacles is
-    /// scored by them.
+    /// further column says what was decided. The stems that were seen stand in further columns: models of the stem are fitted
+    /// to them, and a task with obstacles is scored by them.
     ///
     /// Returns the track as it is written, without the further columns.
     ///
     /// # Errors
     /// [`FolderError`].
-    pub fn write_track(&self, track: &Track, has_stems: bool) -> Result<Track, FolderError> {
+    pub fn write_track(&self, track: &Track) -> Result<Track, FolderError> {
         // Steps without a decision are recorded, but are gaps in the track.
         let mut in_track = track.samples.iter().map(|sample| sample.step).peekable();
         let steps = self.steps()?;
@@ -294,7 +294,7 @@ impl RunFolder {
             let names = track.samples.iter().map(|sample| track.layout.name(sample.light).to_owned());
             written.columns.push(Column::text("decided", names.collect()));
         }
-        if has_stems {
+        if written.samples.iter().any(|sample| sample.stem.is_some() || sample.depth.is_some()) {
             written.add_stem_columns();
         }
         files::write_track(&self.path.join("track.csv"), &written)?;

@@ -331,7 +331,7 @@ fn the_journal_holds_what_was_seen_and_done() {
     let stem = |row: &StepRecord| row.seen.observation.as_ref().unwrap().stem.clone().unwrap();
     assert_eq!(stem(&rows[9]).0.len(), 10);
     assert_eq!(stem(&rows[10]), stem(&rows[9]));
-    world.folder().write_track(&track, false).unwrap();
+    world.folder().write_track(&track).unwrap();
     let written = files::read_track(&reference.path().join("track.csv")).unwrap();
     assert_eq!(written.samples[10].quality.name(), "carried_forward");
     assert_eq!(written.samples[10].tip, written.samples[9].tip);
@@ -739,7 +739,7 @@ fn a_plant_that_is_not_seen_is_stood_in_for_as_long_and_then_nothing_is_decided(
         "the lamp stays lit"
     );
     let (world, _) = open_with(folder.path(), true, Wrong::default(), Supervision::default()).unwrap();
-    world.folder().write_track(&track, false).unwrap();
+    world.folder().write_track(&track).unwrap();
     let written = files::read_track(&folder.path().join("track.csv")).unwrap();
     let photo = format!("{back:06}.jpg");
     assert_eq!((written.samples[13].step, &written.columns[0].values.text(13)), (back, &photo));
@@ -1003,7 +1003,7 @@ fn the_light_of_a_row_is_the_one_that_acted() {
     let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
     let decided = outcome.track.unwrap();
     let (world, _) = open_with(folder.path(), true, Wrong::default(), Supervision::default()).unwrap();
-    let acted = world.folder().write_track(&decided, false).unwrap();
+    let acted = world.folder().write_track(&decided).unwrap();
     let mut is_any_false = false;
     for (index, row) in outcome.rows[..STEPS as usize].iter().enumerate() {
         let is_false = !row.is_confirmed || outcome.rows[index + 1].lit != Some(row.decided);

@@ -186,8 +186,7 @@ impl RunPlan {
             files::write(&out.join("truth.jsonl"), &device.truth_json())?;
         }
         self.write_calibration()?;
-        let task = &self.config.task;
-        let track = recorder.folder().write_track(&track, task.is_about_stem() || task.is_in_space())?;
+        let track = recorder.folder().write_track(&track)?;
         if recorder.folder().journal().state()?.is_none_or(|state| state.kind != EventKind::Finished) {
             recorder.report(EventKind::Finished, steps_text(&track))?;
         }

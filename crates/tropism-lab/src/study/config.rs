@@ -1,7 +1,7 @@
 //! `study.toml`: everything that decides the results of a study.
 
 use serde::{Deserialize, Serialize};
-use tropism::evolve::EvolutionConfig;
+use tropism::evolve::{EvolutionConfig, RuleSearch};
 use tropism::plant::tip::TipModelConfig;
 use tropism::random::{self, Purpose};
 use tropism::task::{Reading, Task};
@@ -14,8 +14,12 @@ use crate::controller::ControllerSpec;
 use crate::evolve::TRIAL_PLANTS;
 use crate::transfer::TEST_PLANTS;
 
-/// The controllers that steer unseen plants, by the names of their folders in `reality`.
-pub(super) const CONTROLLERS: [&str; 4] = ["champion", "random", "periodic", "greedy"];
+/// The controllers that steer unseen plants.
+pub(super) const CONTROLLERS: [&str; 5] = ["champion", "random", "periodic", "greedy", "rule"];
+
+/// Those that steer plants by their photographs, by the names of their folders in `reality`: the paper tried no others on plants
+/// than its champions.
+pub(super) const PHOTOGRAPHED: [&str; 3] = ["champion", "greedy", "rule"];
 
 /// Everything that decides the results of a study: the content of `study.toml`. The default is the paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,9 +37,9 @@ pub struct StudyConfig {
     pub random_controllers: u64,
     /// Simulated plants of each model on which controllers are compared.
     pub trial_plants: u32,
-    /// Unseen plants that each controller steers. Paper: 6 (section 3.2).
+    /// Unseen plants that the champion, greedy and the rule steer by photographs. Paper: 6 (section 3.2).
     pub reality_plants: u32,
-    /// Further unseen plants that the same controllers steer without photographs, 1 to 100000: six say little.
+    /// Further unseen plants that all controllers steer without photographs, 1 to 100000: six say little.
     pub test_plants: u32,
     /// Task of the controllers: by default eq. (9) is read by approach, which reproduces the paper better than the letter.
     pub task: Task,
@@ -43,6 +47,8 @@ pub struct StudyConfig {
     pub model: TipModelConfig,
     /// Settings of the evolution.
     pub evolution: EvolutionConfig,
+    /// Settings of the search of a rule, which is tuned for arrival on a model of the whole stem.
+    pub rule: RuleSearch,
     /// Settings of the plant detector.
     pub vision: VisionConfig,
     /// The virtual tent.
@@ -63,6 +69,7 @@ impl Default for StudyConfig {
             task: Task { score: Reading::Approach, ..Task::default() },
             model: TipModelConfig::default(),
             evolution: EvolutionConfig::default(),
+            rule: RuleSearch::default(),
             vision: VisionConfig::default(),
             greenhouse: Greenhouse::default(),
         }
@@ -96,6 +103,7 @@ impl StudyConfig {
         Error::check_range("test_plants", self.test_plants, 100_000)?;
         self.task.check().map_err(Error::in_plan("task"))?;
         self.evolution.check().map_err(Error::in_plan("evolution"))?;
+        self.rule.check().map_err(Error::in_plan("rule"))?;
         self.rig().check().map_err(|error| Error::Plan(error.to_string()))
     }
 

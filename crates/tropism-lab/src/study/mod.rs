@@ -2,7 +2,8 @@
 //!
 //! In: a [`StudyConfig`]. Out: its numbers beside the paper's, and a report. Each stage executes the plan of another
 //! workflow: open-loop experiments, the model of their tracks, evolution on the model, random controllers as a
-//! baseline, experiments with unseen plants, and the report. A stage that is finished on the disk is not repeated.
+//! baseline, experiments with unseen plants, and the report. Beyond the paper, a rule that is tuned for arrival on a model of
+//! the stem steers the same plants. A stage that is finished on the disk is not repeated.
 
 mod config;
 mod results;
@@ -16,12 +17,13 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 use tropism::parallel;
-use tropism::task::Task;
+use tropism::simulation::ModelKind;
+use tropism::task::{Reading, Task};
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::tent::Greenhouse;
 
-use self::config::CONTROLLERS;
 pub use self::config::StudyConfig;
+use self::config::{CONTROLLERS, PHOTOGRAPHED};
 pub(crate) use self::page::page;
 pub(crate) use self::results::SATURATION_SHARE;
 pub use self::results::{ManyNumbers, RealityNumbers, StudyResults};
@@ -38,6 +40,7 @@ use crate::monitor::{Part, Titled};
 use crate::run::{RunConfig, RunPlan};
 use crate::sequences;
 use crate::transfer::{NamedController, TransferPlan};
+use crate::tune::TunePlan;
 use crate::workflow::check_same;
 use crate::{Error, FolderLock, Monitor, Workflow, lock};
 
@@ -68,8 +71,16 @@ impl Default for StudyPlan {
 }
 
 /// The stages of a study, in order: the names in `seconds.json`.
-const STAGES: [&str; 7] =
-    ["open-loop experiments", "model", "evolution", "random controllers", "reality", "many plants", "report"];
+const STAGES: [&str; 8] = [
+    "open-loop experiments",
+    "model",
+    "evolution",
+    "random controllers",
+    "tuned rule",
+    "reality",
+    "many plants",
+    "report",
+];
 
 impl Workflow for StudyPlan {
     type Results = StudyResults;
@@ -103,6 +114,7 @@ impl Workflow for StudyPlan {
         study.time(StudyStages::evolve)?;
         growing::write(self, 3)?;
         study.time(StudyStages::random)?;
+        study.time(StudyStages::tune)?;
         study.time(StudyStages::reality)?;
         study.time(StudyStages::judge)?;
         study.time(StudyStages::report)
@@ -204,17 +216,16 @@ impl StudyStages<'_> {
     }
 
     fn fit(&self, monitor: &Titled<'_>) -> Result<(), Error> {
-        let config = &self.plan.config;
-        let track = |number| self.open_loop_folder(number).join("track.csv");
-        let plan = FitPlan {
-            tracks: (0..config.experiments).map(track).collect(),
-            model: config.model.clone(),
-            out: self.file("model.json"),
-            anyway: true,
-            replace: true,
-            ..FitPlan::default()
-        };
+        let model = self.plan.config.model.clone();
+        let plan = FitPlan { model, out: self.file("model.json"), ..self.fit_to_tracks() };
         plan.execute(monitor).map(drop)
+    }
+
+    /// A fit to the tracks of the open-loop experiments.
+    fn fit_to_tracks(&self) -> FitPlan {
+        let track = |number| self.open_loop_folder(number).join("track.csv");
+        let tracks = (0..self.plan.config.experiments).map(track).collect();
+        FitPlan { tracks, anyway: true, replace: true, ..FitPlan::default() }
     }
 
     fn evolve(&self, monitor: &Titled<'_>) -> Result<(), Error> {
@@ -253,14 +264,36 @@ impl StudyStages<'_> {
         Ok(files::write_unterminated_json(&file, &numbers)?)
     }
 
+    /// Tunes a rule for arrival on a model of the stems in the same tracks.
+    fn tune(&self, monitor: &Titled<'_>) -> Result<(), Error> {
+        let (model, out) = (self.file("stem.json"), self.file("rule.json"));
+        if out.exists() {
+            return Ok(());
+        }
+        let config = &self.plan.config;
+        let fit = FitPlan { kind: ModelKind::STEM, out: model.clone(), ..self.fit_to_tracks() };
+        fit.execute(monitor)?;
+        let plan = TunePlan {
+            model,
+            task: config.task.by(Reading::Arrival),
+            search: config.rule,
+            seed: config.seed,
+            out,
+            resume: true,
+            ..TunePlan::default()
+        };
+        plan.execute(monitor).map(drop)
+    }
+
     /// The controllers that steer unseen plants, by name.
-    fn controllers(&self) -> Result<[(&'static str, ControllerSpec); 4], Error> {
-        let [champion, random, periodic, greedy] = CONTROLLERS;
+    fn controllers(&self) -> Result<[(&'static str, ControllerSpec); 5], Error> {
+        let [champion, random, periodic, greedy, rule] = CONTROLLERS;
         Ok([
             (champion, ControllerSpec::read(&self.file("evolution/champion.json"))?),
             (random, ControllerSpec::read(&self.file("random-champion.json"))?),
             (periodic, self.plan.config.periodic()),
             (greedy, ControllerSpec::Greedy),
+            (rule, ControllerSpec::read(&self.file("rule.json"))?),
         ])
     }
 
@@ -286,12 +319,13 @@ impl StudyStages<'_> {
         plan.execute(monitor).map(drop)
     }
 
-    /// All controllers steer the same unseen plants, which are photographed.
+    /// The champion, greedy and the rule steer the same unseen plants, which are photographed.
     fn reality(&self, monitor: &Titled<'_>) -> Result<(), Error> {
         let config = &self.plan.config;
         let controllers = self.controllers()?;
         let experiments: Vec<Experiment> = controllers
             .iter()
+            .filter(|(name, _)| PHOTOGRAPHED.contains(name))
             .flat_map(|(name, controller)| {
                 (0..config.reality_plants).map(move |plant| Experiment {
                     folder: self.file("reality").join(name).join((plant + 1).to_string()),

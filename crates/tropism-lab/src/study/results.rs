@@ -9,12 +9,12 @@ use tropism::plant::PlantModel;
 use tropism::plant::tip::TipModel;
 use tropism_report::NumberRow;
 
-use super::config::{CONTROLLERS, StudyConfig};
+use super::config::{CONTROLLERS, PHOTOGRAPHED, StudyConfig};
 use crate::controller::ControllerSpec;
 use crate::evolve::{EvolutionHistory, EvolveResults, champion_path};
 use crate::finished_run::FinishedRun;
 use crate::statistics::{Bootstrap, PairedDifference};
-use crate::transfer::{ControllerPair, TransferResults};
+use crate::transfer::{ControllerPair, Share, TransferResults};
 use crate::{Error, champion, files, model};
 
 /// The numbers of a study: the content of `numbers.json`. Fitness is in cm.
@@ -49,16 +49,20 @@ pub struct StudyResults {
     pub greedy_mean_in_model: f64,
     /// The champion on unseen plants of the virtual tent.
     pub reality_champion: RealityNumbers,
-    /// The best random controller there.
-    pub reality_random: RealityNumbers,
-    /// The periodic controller there.
-    pub reality_periodic: RealityNumbers,
     /// The greedy controller there.
     pub reality_greedy: RealityNumbers,
+    /// The tuned rule there.
+    pub reality_rule: RealityNumbers,
     /// The champion on many more unseen plants, without photographs.
     pub many_champion: ManyNumbers,
+    /// The best random controller on the same plants.
+    pub many_random: ManyNumbers,
+    /// The periodic controller on the same plants.
+    pub many_periodic: ManyNumbers,
     /// The greedy controller on the same plants.
     pub many_greedy: ManyNumbers,
+    /// The tuned rule on the same plants.
+    pub many_rule: ManyNumbers,
     /// Fitness of the champion minus that of the greedy controller, plant by plant.
     pub many_champion_over_greedy: PairedDifference,
     /// Mean fitness of the champion on unseen plants, as a share of its mean in the model.
@@ -97,6 +101,9 @@ pub struct ManyNumbers {
     pub interval: [f64; 2],
     /// Number of plants.
     pub plants: usize,
+    /// Share of plants that pass all targets within 1 cm; `None` in a task without targets.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within_1_cm: Option<Share>,
 }
 
 impl ManyNumbers {
@@ -105,7 +112,8 @@ impl ManyNumbers {
         let lacks =
             || Error::Plan(format!("many-plants/transfer.json: found no {name}, wanted a finished study"));
         let one = one.ok_or_else(lacks)?;
-        Ok(Self { mean: one.mean, interval: one.interval, plants: many.plants })
+        let within_1_cm = one.arrival.as_ref().map(|arrival| arrival.within_1_cm);
+        Ok(Self { mean: one.mean, interval: one.interval, plants: many.plants, within_1_cm })
     }
 }
 
@@ -129,7 +137,7 @@ pub(super) struct StudyFolder {
     pub(super) champions: Vec<Champion>,
     random: RandomNumbers,
     pub(super) random_champion: Champion,
-    /// The runs of each controller with unseen plants, by the names in [`CONTROLLERS`].
+    /// The runs of each controller with unseen plants, by the names in [`PHOTOGRAPHED`].
     pub(super) reality: BTreeMap<&'static str, Vec<FinishedRun>>,
     /// All controllers on many unseen plants.
     pub(super) many: TransferResults,
@@ -151,7 +159,7 @@ impl StudyFolder {
         let folder = path.join("evolution");
         let evolution: EvolveResults = read_json(&folder.join("summary.json"))?;
         let mut reality = BTreeMap::new();
-        for name in CONTROLLERS {
+        for name in PHOTOGRAPHED {
             let runs = FinishedRun::read_numbered(&path.join("reality").join(name))?;
             if runs.is_empty() {
                 return Err(Error::Plan(format!(
@@ -183,41 +191,43 @@ impl StudyFolder {
     /// # Errors
     /// [`Error::Plan`] if the comparison on many plants is another one.
     pub(super) fn results(&self) -> Result<StudyResults, Error> {
-        let [champion, _, _, greedy] = CONTROLLERS;
+        let [champion, random, periodic, greedy, rule] = CONTROLLERS;
         let of_pair = |pair: &&ControllerPair| pair.one == champion && pair.other == greedy;
         let pair = self.many.pairs.iter().find(of_pair);
         let lacks =
             || Error::Plan("many-plants/transfer.json: found no pairs, wanted a finished study".to_owned());
-        let many = [ManyNumbers::of(&self.many, champion)?, ManyNumbers::of(&self.many, greedy)?];
+        let many = |name| ManyNumbers::of(&self.many, name);
         let many_champion_over_greedy = pair.ok_or_else(lacks)?.difference;
         let best_of_runs = self.evolution.runs.iter().map(|run| run.best_fitness);
         let best_evolved = best_of_runs.fold(f64::NEG_INFINITY, f64::max);
-        let champion = self.evolution.chosen();
-        let reality = CONTROLLERS.map(|name| self.in_reality(name));
-        let random = ControllerSpec::Network { champion: Box::new(self.random_champion.clone()) };
+        let chosen = self.evolution.chosen();
+        let reality = PHOTOGRAPHED.map(|name| self.in_reality(name));
+        let random_network = ControllerSpec::Network { champion: Box::new(self.random_champion.clone()) };
         Ok(StudyResults {
             seed: self.config.seed,
             is_virtual: true,
             best_possible: self.config.task.best_fitness().unwrap_or(0.0),
             best_evolved,
-            champion_mean_in_model: champion.trial.mean,
-            champion_expected_in_reality: champion.transfer.mean,
+            champion_mean_in_model: chosen.trial.mean,
+            champion_expected_in_reality: chosen.transfer.mean,
             saturation_generation: self.history.saturation(SATURATION_SHARE),
             median_at_end: self.history.medians().last().copied().unwrap_or(0.0),
             best_random: self.random.best,
             median_random: self.random.median,
-            random_mean_in_model: self.mean_in_model(&random),
+            random_mean_in_model: self.mean_in_model(&random_network),
             periodic_mean_in_model: self.mean_in_model(&self.config.periodic()),
             greedy_mean_in_model: self.mean_in_model(&ControllerSpec::Greedy),
-            share_kept: reality[0].mean / champion.trial.mean,
+            share_kept: reality[0].mean / chosen.trial.mean,
             share_kept_of_best: reality[0].mean / best_evolved,
             hours_to_end: self.hours_to_end(),
             reality_champion: reality[0],
-            reality_random: reality[1],
-            reality_periodic: reality[2],
-            reality_greedy: reality[3],
-            many_champion: many[0],
-            many_greedy: many[1],
+            reality_greedy: reality[1],
+            reality_rule: reality[2],
+            many_champion: many(champion)?,
+            many_random: many(random)?,
+            many_periodic: many(periodic)?,
+            many_greedy: many(greedy)?,
+            many_rule: many(rule)?,
             many_champion_over_greedy,
             report: self.path.join("report.html"),
         })
@@ -259,6 +269,14 @@ fn read_json<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, files::Fi
 }
 
 impl StudyResults {
+    /// Shares of the many plants that pass all targets within 1 cm: of the champion, of greedy and of the rule.
+    fn shares_that_arrive(&self) -> String {
+        let of = |many: &ManyNumbers| {
+            many.within_1_cm.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share.share))
+        };
+        [&self.many_champion, &self.many_greedy, &self.many_rule].map(of).join(", ")
+    }
+
     /// The numbers that the paper prints, too, with its values (sections 3.1 and 3.2).
     #[must_use]
     pub fn rows(&self) -> Vec<NumberRow> {
@@ -361,9 +379,19 @@ impl StudyResults {
                 "The rule that a person would write by hand.",
             ),
             row(
+                "The same of the tuned rule (cm)",
+                of_many(&self.many_rule),
+                "A rule that was tuned for arrival on a model of the stem, from the same tracks; scored as in evolution.",
+            ),
+            row(
                 "The champion over greedy (cm)",
                 format!("{:+.2} ({:+.2} to {:+.2})", over.mean, over.interval[0], over.interval[1]),
                 "Plant by plant on the many plants.",
+            ),
+            row(
+                "Plants that pass all targets within 1 cm",
+                self.shares_that_arrive(),
+                "Champion, greedy controller and tuned rule on the many plants.",
             ),
             beside(
                 "67 %",

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::config::{CONTROLLERS, StudyConfig};
+use super::config::{PHOTOGRAPHED, StudyConfig};
 use super::results::read_seconds;
 use super::{STAGES, StudyPlan};
 use crate::evolve::{self, EvolutionStatus};
@@ -57,9 +57,10 @@ pub(crate) fn status(folder: &Path) -> Result<StudyStatus, Error> {
         (is_there("model.json"), 1, "models"),
         (done, generations, "generations"),
         (is_there("random.json"), 1, "baselines"),
+        (is_there("rule.json"), 1, "rules"),
         (
             in_reality(folder, &config),
-            CONTROLLERS.len() as u64 * u64::from(config.reality_plants),
+            PHOTOGRAPHED.len() as u64 * u64::from(config.reality_plants),
             "experiments",
         ),
         (is_there("many-plants/transfer.json"), 1, "comparisons"),
@@ -90,5 +91,5 @@ fn over(folder: &Path, count: u32) -> u64 {
 
 fn in_reality(folder: &Path, config: &StudyConfig) -> u64 {
     let reality = folder.join("reality");
-    CONTROLLERS.iter().map(|name| over(&reality.join(name), config.reality_plants)).sum()
+    PHOTOGRAPHED.iter().map(|name| over(&reality.join(name), config.reality_plants)).sum()
 }

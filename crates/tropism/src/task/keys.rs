@@ -250,6 +250,13 @@ impl Task {
         self.kind.keys().contains(&key)
     }
 
+    /// The same task with its targets scored by `reading` of eq. (9); unchanged where its kind has no targets to be scored so.
+    #[must_use]
+    pub fn by(&self, reading: Reading) -> Self {
+        let score = if self.takes("score") { reading } else { self.score };
+        Self { score, ..self.clone() }
+    }
+
     /// What is wrong with a key of other kinds.
     fn refusal(&self, key: &str) -> OutOfRange {
         let of_key = kinds().into_iter().filter(|kind| kind.takes(key));
