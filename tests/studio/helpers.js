@@ -21,10 +21,25 @@ export const BROWSERS = Object.entries({ chromium: CHROMIUM, firefox: FIREFOX })
 /** The programs that run in folders of tests. */
 const running = new Set();
 
+/** What is still to be done at the end of each test. */
+const ends = new WeakMap();
+/** Does `end` when `t` is over, before all that was asked for earlier: pages close before their studio does. */
+function atEnd(t, end) {
+  if (!ends.has(t)) {
+    ends.set(t, []);
+    t.after(async () => {
+      const problems = [];
+      for (const end of ends.get(t).reverse()) await Promise.resolve().then(end).catch((problem) => problems.push(problem));
+      if (problems.length) throw problems[0];
+    });
+  }
+  ends.get(t).push(end);
+}
+
 /** A new folder that is deleted at the end of `t`, when no program writes there any more. */
 export function folder(t) {
   const made = fs.mkdtempSync(path.join(os.tmpdir(), "tropism-studio-"));
-  t.after(async () => {
+  atEnd(t, async () => {
     for (const child of [...running].filter(({ cwd }) => cwd.startsWith(made))) {
       const ended = once(child, "exit");
       child.kill("SIGKILL");
@@ -43,7 +58,7 @@ export function start(t, cwd, ...words) {
   running.add(child);
   child.on("exit", () => running.delete(child));
   for (const stream of [child.stdout, child.stderr]) stream.on("data", (data) => (child.said += data));
-  t.after(() => child.kill("SIGKILL"));
+  atEnd(t, () => child.kill("SIGKILL"));
   return child;
 }
 
@@ -95,7 +110,7 @@ export async function visitor(t, options = {}, name = BROWSER) {
   const own = name === "firefox" ? others : options;
   const context = await (await browsers[name]).newContext({ viewport: { width: 1280, height: 900 }, ...own });
   context.problems = [];
-  t.after(async () => {
+  atEnd(t, async () => {
     await context.close();
     if (context.problems.length) throw new Error(context.problems.join("\n"));
   });
@@ -141,7 +156,7 @@ export async function network(t, address) {
   });
   await new Promise((done) => server.listen(0, "127.0.0.1", () => done(undefined)));
   const cut = () => sockets.forEach((socket) => socket.destroy());
-  t.after(() => {
+  atEnd(t, () => {
     cut();
     server.close();
   });
