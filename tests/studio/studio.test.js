@@ -185,7 +185,7 @@ test("every page is accessible and fits, on phone and desk, light and dark", asy
   await run(t, cwd, "fit", "tracks", "--out", "model.json");
   await run(t, cwd, "evolve", "--model", "model.json", "--out", "evolution", "--runs", "3", "--generations", "20");
   await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "evolution/champion.json", "--out", "over", "--steps", "30");
-  await run(t, cwd, "fit", "tracks", "--model", "stem", "--out", "stem.json");
+  await run(t, cwd, "fit", "tracks", "--kind", "stem", "--out", "stem.json");
   await run(t, cwd, "tune", "--model", "stem.json", "--out", "rule.json", "--generations", "3", "--population", "4", "--episodes", "4");
   await run(t, cwd, "transfer", "--controllers", "greedy", "rule.json", "--plants", "6", "--out", "transfer");
   live(t, cwd, "bean", "60");

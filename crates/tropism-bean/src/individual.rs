@@ -25,6 +25,7 @@ pub(crate) const FILE_RATES_PER_H: f64 = 60.0 / FILE_RATE_MIN;
 
 /// The parameters of one plant.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Individual {
     /// Elongation.
@@ -50,6 +51,7 @@ pub struct Individual {
 
 /// Elongation of the growing zone below the apex.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Growth {
     /// Length at the start, in cm (A: the paper's 4 cm).
@@ -68,6 +70,7 @@ pub struct Growth {
 
 /// The motile zone: the part below the apex whose curvature can change.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Motility {
     /// Length of the zone in a seedling, in cm from the apex (tuned).
@@ -88,6 +91,7 @@ pub struct Motility {
 
 /// Phototropism, gravitropism, autotropic straightening (proprioception), and a constant bias.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Tropism {
     /// Phototropic sensitivity nu, in rad/cm/h (tuned).
@@ -112,6 +116,7 @@ pub struct Tropism {
 
 /// Circumnutation: an elliptic oscillation of the curvature.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Nutation {
     /// Period, in h (A: 98.6 +- 12.7 min).
@@ -128,6 +133,7 @@ pub struct Nutation {
 
 /// The stem as an elastic rod under its own weight.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Stem {
     /// Lean at the base towards positive x, in rad (C).
@@ -152,6 +158,7 @@ pub struct Stem {
 
 /// The pair of primary leaves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Leaves {
     /// Length of a grown leaf with its petiole, in cm (C: small, in dim light).
@@ -174,6 +181,7 @@ pub struct Leaves {
 
 /// Pauses of the response. The paper reports one, while leaves unfolded.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Pauses {
     /// Duration of the unfolding of the primary leaves, in h (C).
@@ -188,6 +196,7 @@ pub struct Pauses {
 
 /// Ornstein-Uhlenbeck gains and noise. Standard deviations of logarithms unless stated otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Fluctuation {
     /// Of motility (tuned).

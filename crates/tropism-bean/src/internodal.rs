@@ -31,6 +31,7 @@ use super::species::{Spread, log_normal};
 ///
 /// Confidence as in [`Individual`](super::Individual): A known, B order of magnitude, C guess.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Internodal {
     /// Time constant of each of the two stages that sum, in h (B: sums over some minutes).

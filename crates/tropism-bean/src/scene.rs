@@ -46,6 +46,7 @@ const BOUNCE: f64 = 0.35;
 
 /// The scene's settings; `Default` is the paper's tent (section 2.1) at a size at which a photograph costs little.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
     /// Columns of the photograph, 64 to 8192.

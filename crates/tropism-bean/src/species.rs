@@ -21,6 +21,7 @@ use super::Individual;
 /// assert_eq!(bean.draw(7, 0.0), bean.average());
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Species {
     /// Name, for reports.
@@ -36,6 +37,7 @@ pub struct Species {
 /// A `scale` multiplies all of them: 0 for typical plants, 1 for the species, 2 for twice its variation. Guesses, apart from
 /// the period of nutation (known) and what was tuned with the typical plant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs, reason = "each names the parameter it varies")]
 pub struct Spread {

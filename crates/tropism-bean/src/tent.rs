@@ -34,10 +34,11 @@ use super::{Bean, Species, Trial, lamp_powers};
 
 /// A virtual tent and the plant in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Greenhouse {
     /// Individual variation: 0 for the average bean, 1 as between real plants, 2 for twice that.
-    pub scale: f64,
+    pub variation: f64,
     /// The kind of plant.
     pub bean: Species,
     /// The tent and its camera.
@@ -55,7 +56,7 @@ pub struct Greenhouse {
 impl Default for Greenhouse {
     fn default() -> Self {
         Self {
-            scale: 1.0,
+            variation: 1.0,
             bean: Species::default(),
             scene: Scene::default(),
             layout: Layout::default(),
@@ -69,9 +70,9 @@ impl Default for Greenhouse {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GreenhouseError {
-    /// The scale of individual variation.
+    /// The individual variation.
     #[error(transparent)]
-    Scale(OutOfRange),
+    Variation(OutOfRange),
     /// A parameter of the plant.
     #[error("greenhouse.bean: {0}")]
     Bean(OutOfRange),
@@ -208,7 +209,8 @@ impl Greenhouse {
     /// # Errors
     /// [`GreenhouseError`] names the key, its value and its range.
     pub fn check(&self) -> Result<(), GreenhouseError> {
-        check::within("greenhouse.scale", self.scale, 0.0..=2.0).map_err(GreenhouseError::Scale)?;
+        check::within("greenhouse.variation", self.variation, 0.0..=2.0)
+            .map_err(GreenhouseError::Variation)?;
         self.bean.check().map_err(GreenhouseError::Bean)?;
         self.scene.check().map_err(GreenhouseError::Scene)?;
         self.check_solids().map_err(GreenhouseError::Solids)?;
@@ -243,7 +245,7 @@ impl Greenhouse {
     #[must_use]
     pub fn trial(&self, period_min: f64) -> Trial<'_> {
         Trial {
-            scale: self.scale,
+            scale: self.variation,
             layout: self.layout.clone(),
             period_min,
             in_space: self.scene.cameras > 1,
@@ -359,7 +361,9 @@ impl Greenhouse {
             layout: self.layout.clone(),
             period_min,
             faults: self.faults.clone(),
-            bean: Bean::new(self.bean.draw(seed, self.scale), seed).under(&self.layout).among(&self.solids),
+            bean: Bean::new(self.bean.draw(seed, self.variation), seed)
+                .under(&self.layout)
+                .among(&self.solids),
             renderer: Renderer::new(&self.scene, seed).under(&self.layout).among(&self.solids),
             side: (self.scene.cameras > 1)
                 .then(|| Renderer::at(View::Side, &self.scene, seed).under(&self.layout).among(&self.solids)),

@@ -12,6 +12,7 @@ mod commands;
 
 use std::process::ExitCode;
 
+use clap::builder::{PossibleValue, Resettable};
 use clap::{CommandFactory, FromArgMatches, Parser};
 use tropism::simd::VectorUnit;
 
@@ -43,14 +44,36 @@ struct Cli {
     #[arg(long, short, global = true)]
     quiet: bool,
 
-    /// Number of threads, all cores by default; results do not depend on it
+    /// Threads, all cores by default; results do not depend on it
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 }
 
 /// The command line with all its commands.
 fn command() -> clap::Command {
-    Cli::command().name("tropism").version(version())
+    Cli::command().name("tropism").version(version()).mut_subcommands(on_one_screen)
+}
+
+/// A command whose help begins with its examples and has a line for an option, in place of clap's long form, which takes
+/// several screens.
+fn on_one_screen(command: clap::Command) -> clap::Command {
+    let about = command.get_long_about().or(command.get_about()).cloned().unwrap_or_default();
+    let options = command.mut_args(|option| {
+        let help = option.get_long_help().or(option.get_help()).cloned().unwrap_or_default();
+        let values: Vec<String> = option.get_possible_values().iter().filter_map(explained).collect();
+        let option = option.long_help(Resettable::Reset);
+        match values.is_empty() {
+            true => option.help(help),
+            false => option.help(format!("{help}: {}", values.join(", "))).hide_possible_values(true),
+        }
+    });
+    let template = "{about}{after-help}\n\n{usage-heading} {usage}\n\n{all-args}";
+    options.about(about).long_about(Resettable::Reset).help_template(template)
+}
+
+/// A value with what it means.
+fn explained(value: &PossibleValue) -> Option<String> {
+    value.get_help().map(|help| format!("{} ({help})", value.get_name()))
 }
 
 /// The command line without what only the program itself calls: for completions and manual pages.

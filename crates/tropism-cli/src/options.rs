@@ -18,7 +18,7 @@ use tropism_lab::{files, task};
 /// The task.
 #[derive(Args, Clone)]
 pub(crate) struct TaskOption {
-    /// Task file, or what carries a task: champion, rule, run folder; else the paper's targets
+    /// Task file, champion, rule or run folder; else the paper's targets
     #[arg(long, value_name = "TASK.toml")]
     pub(crate) task: Option<PathBuf>,
 }
@@ -47,7 +47,7 @@ pub(crate) struct SeedOption {
 /// The species of plant in the virtual tent.
 #[derive(Args, Clone)]
 pub(crate) struct BeanOption {
-    /// Bean file: the species of the virtual plants (beans/*.toml); the common bean by default
+    /// Bean file, the species (beans/*.toml); else the common bean
     #[arg(long, value_name = "BEAN.toml")]
     pub(crate) bean: Option<PathBuf>,
 }
@@ -68,23 +68,23 @@ pub(crate) struct TentOptions {
     #[command(flatten)]
     pub(crate) bean: BeanOption,
 
-    /// Scene file: the virtual camera, its lens and the lamps; the paper's tent by default
+    /// Scene file: camera, lens and lamps; else the paper's tent
     #[arg(long, value_name = "SCENE.toml")]
     pub(crate) scene: Option<PathBuf>,
 
-    /// Lamps: 2 at the left and the right, 4 with one in front and one behind
+    /// Lamps: 2 (left, right) or 4 (also in front and behind)
     #[arg(long, value_name = "N", value_parser = parse_lamps)]
     lamps: Option<Layout>,
 
-    /// Individual variation of virtual plants: 0 for the average, 1 as between real plants (the default), up to 2
+    /// Variation of plants, 0 to 2; 1 as between real plants by default
     #[arg(long, value_name = "X")]
-    scale: Option<f64>,
+    variation: Option<f64>,
 
-    /// Virtual cameras: 1 in front, 2 with one at the side, whose photographs go into the run's folder `side`
+    /// Virtual cameras: 1 in front, 2 with one at the side (folder `side`)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=2))]
     cameras: Option<u8>,
 
-    /// Faults of virtual photographs and their rates: missed_flash=0.02,fly=0.01
+    /// Faults of photographs and their rates: missed_flash=0.02,fly=0.01
     #[arg(long, value_name = "FAULT=RATE,...", value_parser = parse_faults)]
     faults: Option<Faults>,
 }
@@ -103,8 +103,8 @@ impl TentOptions {
         if let Some(layout) = &self.lamps {
             greenhouse.layout = layout.clone();
         }
-        if let Some(scale) = self.scale {
-            greenhouse.scale = checked_scale(scale)?;
+        if let Some(variation) = self.variation {
+            greenhouse.variation = checked_variation(variation)?;
         }
         greenhouse.scene.cameras = self.cameras.unwrap_or(greenhouse.scene.cameras);
         greenhouse.faults = self.faults.clone().unwrap_or_default();
@@ -123,9 +123,9 @@ impl TentOptions {
 }
 
 /// The individual variation of virtual plants, checked.
-pub(crate) fn checked_scale(scale: f64) -> Result<f64> {
-    ensure!((0.0..=2.0).contains(&scale), "found --scale {scale}, wanted 0 to 2");
-    Ok(scale)
+pub(crate) fn checked_variation(variation: f64) -> Result<f64> {
+    ensure!((0.0..=2.0).contains(&variation), "found --variation {variation}, wanted 0 to 2");
+    Ok(variation)
 }
 
 /// The layout of so many lamps.
@@ -171,7 +171,7 @@ const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("hours", "--hours"),
     ("interval_min", "--interval"),
     ("keep_going", "--keep-going"),
-    ("kind", "--model"),
+    ("kind", "--kind"),
     ("lamps", "--lamps"),
     ("learning_h", "--learning"),
     ("max_steps", "--steps"),

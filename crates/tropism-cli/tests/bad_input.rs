@@ -119,8 +119,8 @@ fn earlier_output_stays() {
 #[test]
 fn options_that_would_do_nothing() {
     let folder = folder();
-    let tune = ["tune", "--model", "model.json", "--out", "rule.json", "--scale", "0.5"];
-    fails(&folder, &tune, &["--scale", "wanted --beans"]);
+    let tune = ["tune", "--model", "model.json", "--out", "rule.json", "--variation", "0.5"];
+    fails(&folder, &tune, &["--variation", "wanted --beans"]);
     fails(&folder, &["evolve", "--out", "e", "--resume"], &["e/evolution.toml: cannot read"]);
     fs::write(folder.path().join("methods.toml"), "replicates = 2\n[[scenarios]]\nname = \"one\"\n").unwrap();
     fs::write(
@@ -281,8 +281,8 @@ fn tasks_rigs_and_studies() {
     fails(&folder, &run("absent.toml"), &["absent.toml: cannot read"]);
     fails(&folder, &run("bad.toml"), &["bad.toml", "targts"]);
     fails(&folder, &run("nothing.toml"), &["nothing.toml", "camera, lamps, calibration"]);
-    fs::write(folder.path().join("scale.toml"), "[greenhouse]\nscale = 3.0\n").unwrap();
-    fails(&folder, &run("scale.toml"), &["greenhouse.scale = 3"]);
+    fs::write(folder.path().join("scale.toml"), "[greenhouse]\nvariation = 3.0\n").unwrap();
+    fails(&folder, &run("scale.toml"), &["greenhouse.variation = 3"]);
     let speed = |rig, speed| [&run(rig)[..], &["--speed", speed]].concat();
     for wrong in ["0", "fast", "inf", "NaN", "1e-300"] {
         fails(&folder, &speed("greenhouse", wrong), &["wanted max, or a number"]);
@@ -342,7 +342,7 @@ fn numbers_out_of_range() {
         "9223372036854775808",
     ];
     fails(&folder, &run, &["9223372036854775808", "--seed", "0..=9223372036854775807"]);
-    fails(&folder, &["grow", "--scale", "7", "--out", "g"], &["--scale 7"]);
+    fails(&folder, &["grow", "--variation", "7", "--out", "g"], &["--variation 7"]);
     fails(&folder, &["studio", "--listen", "localhost:8217"], &["localhost:8217", "such as 127.0.0.1:8217"]);
     fails(
         &folder,
@@ -392,9 +392,9 @@ fn beans_scenes_and_faults() {
     ] {
         fails(&folder, &[&run[..], &["--faults", faults]].concat(), &[wanted]);
     }
-    fails(&folder, &[&run[..], &["--scale", "3"]].concat(), &["--scale 3, wanted 0 to 2"]);
+    fails(&folder, &[&run[..], &["--variation", "3"]].concat(), &["--variation 3, wanted 0 to 2"]);
     put("rig.toml", "[greenhouse]\n");
-    let rig = ["run", "--rig", "rig.toml", "--controller", "greedy", "--out", "r", "--scale", "0"];
+    let rig = ["run", "--rig", "rig.toml", "--controller", "greedy", "--out", "r", "--variation", "0"];
     fails(&folder, &rig, &["rig.toml, wanted them in its [greenhouse]"]);
     for (fault_policy, wanted) in [
         ("moved_px = -1", "rig.toml: found fault_policy.moved_px = -1, wanted 0 to 100000, or inf"),

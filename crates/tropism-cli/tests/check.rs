@@ -130,7 +130,7 @@ fn a_tent_that_works_passes_and_is_dark_afterwards() {
     tent(folder);
     // What a run leaves lit a rehearsal does not.
     change(folder, "rig.toml", "[lamps]\n", "[lamps]\non_exit = \"keep\"\n");
-    let (code, lines) = check(folder, &["--rehearse", "6", "--photographs", "kept"]);
+    let (code, lines) = check(folder, &["--rehearse", "6", "--out", "kept"]);
     never_fails(&lines);
     assert_eq!(code, 0);
     has(&lines, "pass rehearsal killed after");
@@ -246,21 +246,21 @@ fn all_faults_of_a_file_and_of_the_devices_are_told_at_once() {
     let text = fs::read_to_string(folder.join("rig.toml")).unwrap();
     let wrong = text.replace("retries = 0", "retrys = 0").replace("pause_s = 0", "pause_s = \"x\"");
     fs::write(folder.join("rig.toml"), wrong).unwrap();
-    let (code, lines) = check(folder, &["--photographs", "kept"]);
+    let (code, lines) = check(folder, &["--out", "kept"]);
     has(&lines, "retrys");
     has(&lines, "pause_s");
     assert_eq!((code, lines.len()), (1, 2), "{lines:#?}");
 
     fs::write(folder.join("rig.toml"), format!("period_min = 0\n{text}[fault_policy]\nflash_tries = 0\n"))
         .unwrap();
-    let (_, lines) = check(folder, &["--photographs", "kept"]);
+    let (_, lines) = check(folder, &["--out", "kept"]);
     has(&lines, "period_min = 0");
     has(&lines, "flash_tries");
     assert!(!folder.join("kept").exists(), "an empty folder stays");
 
     fs::write(folder.join("rig.toml"), text.replace("[\"touch\", \"left\"]", "[\"false\"]")).unwrap();
     change(folder, "camera", "n=$(", "exit 1; n=$(");
-    let (_, lines) = check(folder, &["--photographs", "kept", "--only", "camera,lamps"]);
+    let (_, lines) = check(folder, &["--out", "kept", "--only", "camera,lamps"]);
     has(&lines, "fail camera photograph 1");
     has(&lines, "fail lamps left lamp");
     assert!(!folder.join("kept").exists(), "an empty folder stays");

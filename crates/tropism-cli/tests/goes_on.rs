@@ -37,7 +37,7 @@ fn kill_when(mut child: Child, is_at_work: impl Fn() -> bool) {
 /// A model of the stems of so many beans.
 fn grow_and_fit(folder: &Path, plants: &str) {
     tropism(folder, &["grow", "--plants", plants, "--steps", "300", "--out", "beans"]);
-    tropism(folder, &["fit", "beans", "--model", "stem", "--out", "stem.json"]);
+    tropism(folder, &["fit", "beans", "--kind", "stem", "--out", "stem.json"]);
 }
 
 #[test]

@@ -18,7 +18,7 @@ fn tipped_beans_are_measured_to_the_same_bits_on_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let grow = [
-        "grow", "--plants", "2", "--steps", "48", "--period", "10", "--tilt", "60", "--dark", "--out",
+        "grow", "--plants", "2", "--steps", "48", "--period", "10m", "--tilt", "60", "--dark", "--out",
         "beans",
     ];
     tropism(here, &grow).unwrap();

@@ -285,7 +285,7 @@ fn several_plants_have_a_track_each() {
                   base = { x = 85, y = 79 }\n[[plant]]\nname = \"left\"\n\
                   region = { x = 15, y = 5, width = 45, height = 75 }\nbase = { x = 36, y = 79 }\n";
     fs::write(folder.path().join("plants.toml"), plants).unwrap();
-    succeeds(&folder, "track photos --plants plants.toml --scale 5 --out named.csv");
+    succeeds(&folder, "track photos --plant-file plants.toml --scale 5 --out named.csv");
     assert_eq!(track(&folder, "named-left.csv"), track(&folder, "both-1.csv"));
     assert_eq!(json(&folder, "named-right.json")["plant"], "right");
 }
@@ -649,9 +649,9 @@ fn wrong_use_is_one_clear_line() {
             "track photos --calibration small.toml --out t.csv",
             "found no plant in any of 12 photographs (foreign 12)",
         ),
-        ("track photos --plants twice.toml --out t.csv", "found two plants of the name \"a\""),
-        ("track photos --plants slash.toml --out t.csv", "found name \"../a\""),
-        ("track photos --plants none.toml --out t.csv", "found no [[plant]]"),
+        ("track photos --plant-file twice.toml --out t.csv", "found two plants of the name \"a\""),
+        ("track photos --plant-file slash.toml --out t.csv", "found name \"../a\""),
+        ("track photos --plant-file none.toml --out t.csv", "found no [[plant]]"),
         ("track photos --time exif --out t.csv", "found times in the Exif headers of 0 of 12"),
         ("track photos --scale 1,2,3=4 --out t.csv", "wanted pixels per cm"),
         ("track photos --scale 1,2,1,2=4 --out t.csv", "wanted pixels per cm"),

@@ -21,7 +21,7 @@ fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     tropism(folder.path(), &["grow", "--plants", "3", "--steps", "400", "--out", "beans"]).unwrap();
     let tracks = ["beans/plant-0001.csv", "beans/plant-0002.csv", "beans/plant-0003.csv"];
-    let fit = [&["fit"], &tracks[..], &["--model", "stem", "--out", "stem.json"]].concat();
+    let fit = [&["fit"], &tracks[..], &["--kind", "stem", "--out", "stem.json"]].concat();
     let printed = tropism(folder.path(), &fit).unwrap();
     assert!(printed.contains("next: tropism tune --out rule.json --model stem.json"), "{printed}");
     folder
@@ -90,10 +90,10 @@ fn networks_evolve_on_a_model_of_the_stem() {
 fn a_model_of_the_stem_refuses_settings_and_lamps_that_it_cannot_have() {
     let folder = folder();
     let here = folder.path();
-    let fit = ["fit", "--model", "stem", "--out", "bad.json"];
+    let fit = ["fit", "--kind", "stem", "--out", "bad.json"];
     let error =
         tropism(here, &[&fit[..], &["--window", "1,1", "beans/plant-0001.csv"]].concat()).unwrap_err();
-    assert!(error.contains("wanted none with --model stem"), "{error}");
+    assert!(error.contains("wanted none with --kind stem"), "{error}");
     tropism(here, &["grow", "--plants", "1", "--steps", "400", "--lamps", "4", "--out", "four"]).unwrap();
     let error = tropism(here, &[&fit[..], &["four/plant-0001.csv"]].concat()).unwrap_err();
     assert!(error.contains("left, right, front, back"), "{error}");

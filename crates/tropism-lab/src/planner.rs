@@ -28,15 +28,17 @@ pub struct PlannerSpec {
 
 /// A planner file, such as `planner.toml`.
 #[derive(Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub(crate) struct PlannerFile {
+pub struct PlannerFile {
     /// File of the model, from the folder of this file on.
-    pub(crate) model: PathBuf,
+    pub model: PathBuf,
     /// File of a tuned rule, from that folder on, in place of the rule of `planner`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) rule: Option<PathBuf>,
+    pub rule: Option<PathBuf>,
     #[serde(default)]
-    pub(crate) planner: PlannerConfig,
+    /// What the planner tries, and how often.
+    pub planner: PlannerConfig,
 }
 
 impl PlannerSpec {

@@ -34,6 +34,7 @@ const MOST_RANGE: f64 = 0.6;
 
 /// A wall file: nodes, sensors, and the settings of the state machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct WallFile {
     /// Nodes, links and path.
@@ -230,7 +231,7 @@ pub struct WallPlan {
     /// Species of the plants.
     pub species: Species,
     /// Individual variation as a multiple of that of the species, 0 to 2.
-    pub scale: f64,
+    pub variation: f64,
     /// Faults of nodes and messages.
     pub faults: NodeFaults,
     /// For how long the nodes learn the empty scene, in h: 2 to 1000.
@@ -255,7 +256,7 @@ impl Default for WallPlan {
             rules: vec![NodeRule::Machine, NodeRule::Dormant],
             plants: 90,
             species: Species::default(),
-            scale: 1.0,
+            variation: 1.0,
             faults: NodeFaults::default(),
             learning_h: 24.0,
             period_min: PAPER_PERIOD_MIN,
@@ -360,7 +361,7 @@ impl Workflow for WallPlan {
         self.faults.check().map_err(Error::in_plan("faults"))?;
         Error::check_range("plants", self.plants, 100_000)?;
         Error::check_range("max_steps", self.max_steps, 100_000)?;
-        check::within("scale", self.scale, 0.0..=2.0)
+        check::within("variation", self.variation, 0.0..=2.0)
             .and_then(|()| check::within("learning_h", self.learning_h, 2.0..=1000.0))
             .and_then(|()| check::within("period_min", self.period_min, 0.1..=60.0))
             .map_err(|error| Error::Plan(error.to_string()))?;
@@ -404,7 +405,7 @@ impl WallPlan {
             wall: self.file.wall.clone(),
             sensor: self.file.sensor.clone(),
             faults: self.faults,
-            scale: self.scale,
+            scale: self.variation,
             period_min: self.period_min,
             learning_h: self.learning_h,
             max_steps: self.max_steps,
@@ -529,7 +530,7 @@ pub struct EvolveNodesPlan {
     /// Species of the plants.
     pub species: Species,
     /// Individual variation as a multiple of that of the species, 0 to 2.
-    pub scale: f64,
+    pub variation: f64,
     /// Seed of all random numbers.
     pub seed: u64,
     /// File for the nodes.
@@ -545,7 +546,7 @@ impl Default for EvolveNodesPlan {
             config: NodeEvolutionConfig::default(),
             open_loop_plants: 24,
             species: Species::default(),
-            scale: 1.0,
+            variation: 1.0,
             seed: 1,
             out: "nodes.json".into(),
             replace: false,
@@ -567,7 +568,7 @@ impl Workflow for EvolveNodesPlan {
         self.species.check().map_err(Error::in_plan("species"))?;
         self.config.check().map_err(Error::in_plan("config"))?;
         check::within("open_loop_plants", self.open_loop_plants, 2..=10_000)
-            .and_then(|()| check::within("scale", self.scale, 0.0..=2.0))
+            .and_then(|()| check::within("variation", self.variation, 0.0..=2.0))
             .map_err(|error| Error::Plan(error.to_string()))?;
         if self.out.exists() && !self.replace {
             return Err(Error::Plan(format!(
@@ -579,8 +580,11 @@ impl Workflow for EvolveNodesPlan {
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<NodesFile, Error> {
-        let trial =
-            WallTrial { wall: self.file.wall.clone(), scale: self.scale, ..WallTrial::new(&self.species) };
+        let trial = WallTrial {
+            wall: self.file.wall.clone(),
+            scale: self.variation,
+            ..WallTrial::new(&self.species)
+        };
         monitor.stage("open-loop plants", self.open_loop_plants.into());
         let plants = self.open_loop_plants as usize;
         let paths: Vec<LitPath> = parallel::try_map(plants, |plant| {

@@ -13,6 +13,8 @@ mod planner;
 mod rig_file;
 #[path = "plans/run.rs"]
 mod run;
+#[path = "plans/schemas.rs"]
+mod schemas;
 #[path = "plans/settings.rs"]
 mod settings;
 #[path = "plans/shutdown.rs"]

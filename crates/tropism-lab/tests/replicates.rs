@@ -37,7 +37,7 @@ fn plan(out: std::path::PathBuf) -> ReplicatesPlan {
     let weights = Box::new(EvolutionConfig { method: evolve::Method::CmaEs, neat, ..(*evolution).clone() });
     let planner = PlannerConfig { plants: 2, replan_min: 120.0, ..PlannerConfig::default() };
     let method = |name: &str, kind| Method { name: name.to_owned(), kind };
-    let scenario = |name: &str, scale| Scenario { scale, ..Scenario::named(name) };
+    let scenario = |name: &str, variation| Scenario { variation, ..Scenario::named(name) };
     let config = ReplicatesConfig {
         replicates: 2,
         plants: 2,
@@ -196,8 +196,8 @@ fn names_and_settings_that_cannot_be_are_named() {
     later.methods.swap(0, 1);
     assert!(error(later).contains("weights: found from = \"paper\", wanted the name of a method"));
     let mut wild = base();
-    wild.scenarios[1].scale = 7.0;
-    assert!(error(wild).contains("scenario varied: found scale = 7"));
+    wild.scenarios[1].variation = 7.0;
+    assert!(error(wild).contains("scenario varied: found variation = 7"));
     assert!(error(ReplicatesConfig { scenarios: Vec::new(), ..base() }).contains("`scenarios`: found none"));
     let mut nobody = base();
     nobody.scenarios[0].test_plants = Some(0);

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// `x` is the weighted sum of the neuron's inputs, `a` its slope and `b` its shift.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Activation {
     /// `1` if `x > 0.5 + b`, else `0`. As in MultiNEAT, the threshold is 0.5, not 0.

@@ -38,6 +38,7 @@ use crate::limits::WEIGHT_LIMIT;
 /// assert!(Config { population: 1, ..config }.check().is_err());
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Number of individuals that each generation aims at. Rounding makes populations a few larger. `PopulationSize`, 300.

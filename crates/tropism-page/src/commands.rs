@@ -34,7 +34,7 @@ pub fn model_of(drawing: &Drawing, method: Method) -> (&'static str, [String; 2]
     let [tip, stem] = MODELS;
     let grow = format!("grow --plants 6 --out {TRACKS}");
     if drawing.has_stem() || method == Method::Tune {
-        (stem, [grow, format!("fit {TRACKS} --model stem --out {stem}")])
+        (stem, [grow, format!("fit {TRACKS} --kind stem --out {stem}")])
     } else {
         (tip, [grow, format!("fit {TRACKS} --out {tip}")])
     }

@@ -295,8 +295,8 @@ impl Beans {
 }
 
 fn seedling(greenhouse: &Greenhouse, seed: u64) -> Bean {
-    let Greenhouse { bean, scale, layout, solids, .. } = greenhouse;
-    Bean::new(bean.draw(seed, *scale), seed).under(layout).among(solids)
+    let Greenhouse { bean, variation, layout, solids, .. } = greenhouse;
+    Bean::new(bean.draw(seed, *variation), seed).under(layout).among(solids)
 }
 
 impl Plants for Beans {

@@ -351,7 +351,7 @@ def test_options_reach_the_plants() -> None:
     plain, others = (
         end(),
         [
-            end(greenhouse={"scale": 0.0}),
+            end(greenhouse={"variation": 0.0}),
             end(greenhouse={"bean": species(root / "beans" / "internodal-bean.toml")}),
             end(tip="detector"),
             end(period_min=10.0),

@@ -18,6 +18,7 @@ use crate::{retry, whole};
 /// A camera whose program writes a photograph to stdout, such as
 /// `rpicam-still --immediate --nopreview --output -`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CommandCamera {
     /// Program and arguments.
@@ -66,6 +67,7 @@ impl Lamps for CommandLamps {
 
 /// A lamp behind two programs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CommandLamp {
     /// Lights it.
@@ -79,6 +81,7 @@ pub struct CommandLamp {
 
 /// A flash behind two programs, with time to reach its brightness.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CommandFlash {
     /// Switches it on.

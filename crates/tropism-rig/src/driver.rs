@@ -33,6 +33,7 @@ macro_rules! drivers {
     ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $word:literal => $variant:ident($settings:ty),)+ }) => {
         $(#[$about])*
         #[derive(Clone, Debug, PartialEq, Serialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(tag = "driver")]
         pub enum $name {
             $($(#[$doc])* #[serde(rename = $word)] $variant($settings),)+

@@ -16,6 +16,7 @@ use crate::{failed, picture};
 
 /// A folder in which a photograph appears.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct FolderCamera {
     /// The folder. Only files in it that end in `.jpg`, `.jpeg` or `.png` count.

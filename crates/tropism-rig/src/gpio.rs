@@ -13,6 +13,7 @@ use crate::switch::Switch;
 
 /// A GPIO line.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Line {
     /// The label of its chip: `pinctrl-rp1` (Pi 5), `pinctrl-bcm2711` (Pi 4), `pinctrl-bcm2835` (before).
@@ -35,6 +36,7 @@ impl Line {
 
 /// A lamp on a relay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct GpioLamp {
     /// The relay's line.
@@ -43,6 +45,7 @@ pub struct GpioLamp {
 
 /// A flash on a relay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct GpioFlash {
     /// The relay's line.

@@ -117,6 +117,7 @@ pub(crate) fn check_url_shown(url: &str, shown: impl Fn(&str) -> String) -> Resu
 
 /// A camera that answers a GET with a photograph.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct HttpCamera {
     /// Address of the snapshot.

@@ -14,6 +14,7 @@ use crate::switch::Switch;
 
 /// A lamp on a LED device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct LedsLamp {
     /// The device file.

@@ -26,6 +26,7 @@ use crate::{device, failed};
 
 /// The MQTT broker of a tent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Broker {
     /// Host name or address.
@@ -131,6 +132,7 @@ const fn port() -> u16 {
 
 /// Topics and payloads of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Dialect {
     /// `cmnd/NAME/POWER`, answered in `stat/NAME/POWER`.
@@ -143,6 +145,7 @@ pub enum Dialect {
 
 /// A plug or relay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Plug {
     /// Its topics and payloads.
@@ -170,6 +173,7 @@ const fn five() -> Seconds {
 
 /// A lamp on a plug or relay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MqttLamp {
     /// The plug.
@@ -178,6 +182,7 @@ pub struct MqttLamp {
 
 /// A flash on a plug or relay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MqttFlash {
     /// The plug.

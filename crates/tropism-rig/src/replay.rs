@@ -12,6 +12,7 @@ use crate::failed;
 
 /// A folder of photographs, read in the order of their names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ReplayCamera {
     /// A run folder, or a folder of photographs.

@@ -21,6 +21,7 @@ use crate::{failed, picture, retry, whole};
 
 /// A camera on the ribbon of a Raspberry Pi.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RpicamCamera {
     /// The program. If it is left out: `rpicam-still`, or its older name `libcamera-still`.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Seconds, 0 to 3600.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "f64", into = "f64")]
 pub struct Seconds(f64);
 

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// A lamp made of pixels. The paper (section 2.1): 144 pixels for each lamp, 0.24 W each.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Strip {
     /// Number of the lamp's first pixel; pixels before it may belong to other lamps.

@@ -16,6 +16,7 @@ use crate::{failed, retry, whole};
 
 /// Pixel format of a video device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Frames {
     /// JPEG frames, kept unchanged.
     #[default]
@@ -28,6 +29,7 @@ pub enum Frames {
 
 /// A video device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct V4l2Camera {
     /// The device. A name from `/dev/v4l/by-id` does not change when another camera is plugged in.

@@ -22,6 +22,7 @@ use crate::switch::Switch;
 
 /// A segment of a controller.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct WledLamp {
     /// Address of the controller, such as `http://wled-left.local`.

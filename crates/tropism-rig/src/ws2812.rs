@@ -17,6 +17,7 @@ use crate::switch::Switch;
 
 /// A lamp on an SPI bus.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Ws2812Lamp {
     /// The device file: `/dev/spidev0.0` has its data on GPIO 10.

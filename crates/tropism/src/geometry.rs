@@ -23,6 +23,7 @@ pub const STEM_POINTS: usize = 10;
 /// assert_eq!(tip.mirrored(), Point::new(-3.0, 4.0));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(try_from = "[f64; 2]"))]
 #[serde(try_from = "Vec<f64>", into = "[f64; 2]")]
 pub struct Point {
     /// cm to the right of the root.
@@ -97,6 +98,7 @@ impl From<Point> for [f64; 2] {
 /// assert_eq!(Pixel::new(10.0, 2.0).distance(Pixel::new(4.0, 10.0)), 10.0);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Pixel {
     /// Pixels to the right of the centre of the leftmost column.
     pub x: f64,
@@ -154,6 +156,7 @@ impl Sub for Pixel {
 /// assert!(region.fits(30, 20) && !region.fits(29, 20));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Region {
     /// Leftmost column.

@@ -127,6 +127,7 @@ impl UnknownLight {
 
 /// One lamp of a layout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Lamp {
     /// Name, used in files and figures: 1 to 24 letters, digits, `-` or `_`.
@@ -155,6 +156,7 @@ impl Lamp {
 /// assert_eq!(four.mirrored(Light::FRONT), Some(Light::FRONT));
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "Vec<Lamp>", into = "Vec<Lamp>")]
 pub struct Layout {
     lamps: Vec<Lamp>,

@@ -25,6 +25,7 @@ use crate::math::{self, Mask, Real};
 /// # Ok::<(), serde_json::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "Keys", into = "Keys")]
 pub enum Obstacle {
     /// A disc, such as a rod seen from its end.
@@ -48,6 +49,7 @@ pub enum Obstacle {
 
 /// An upright round pole that stands in the soil.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Pole {
     /// Its axis: x to the right, z towards the camera, from the base of the plant, in cm.
@@ -69,6 +71,7 @@ pub struct Pole {
 /// # Ok::<(), serde_json::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "Keys", into = "Keys")]
 pub enum Solid {
     /// An obstacle of the plane: a rod or a sheet that points at the front camera, so that the camera sees its end.
@@ -79,19 +82,25 @@ pub enum Solid {
 
 /// The keys of all kinds, so that a wrong one is reported by name.
 #[derive(Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct Keys {
+    /// Centre of a disc, such as a rod seen from its end, in cm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     disc: Option<Point>,
-    /// x and z of a pole.
+    /// Axis of an upright pole, in cm: x to the right, z towards the camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pole: Option<[f64; 2]>,
+    /// Radius of the disc or the pole, in cm above 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     radius_cm: Option<f64>,
+    /// Two opposite corners of a box with sides along x and y, in cm.
     #[serde(default, rename = "box", skip_serializing_if = "Option::is_none")]
     corners: Option<[Point; 2]>,
+    /// Ends of a thin straight bar, in cm.
     #[serde(default, rename = "line", skip_serializing_if = "Option::is_none")]
     ends: Option<[Point; 2]>,
+    /// Height of the pole, in cm; without it the pole leaves the tent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     height_cm: Option<f64>,
 }

@@ -39,6 +39,7 @@ macro_rules! faults {
 
         /// Fault rates: the probability per photograph, 0 to 1, that each fault begins. Default: 0.
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(default, deny_unknown_fields)]
         pub struct Faults {
             $(#[doc = concat!("Rate of [`Fault::", stringify!($fault), "`].")] pub $key: f64,)+

@@ -42,8 +42,8 @@ pub(crate) struct Check {
     #[arg(long, value_name = "DIR", default_value = ".")]
     data: PathBuf,
 
-    /// Keep the photographs that were taken in this new folder
-    #[arg(long, value_name = "DIR")]
+    /// New folder for the photographs that were taken
+    #[arg(long = "out", value_name = "DIR")]
     photographs: Option<PathBuf>,
 }
 

@@ -20,7 +20,7 @@ use crate::shell::Shell;
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism depth front.csv side.csv --distance 74,74 --out space.csv\n  \
-    tropism depth front.csv left.csv --from left --distance 80,65 --out space.csv")]
+    tropism depth front.csv left.csv --side left --distance 80,65 --out space.csv")]
 pub(crate) struct Depth {
     /// Track of the front camera
     #[arg(value_name = "FRONT.csv")]
@@ -35,7 +35,7 @@ pub(crate) struct Depth {
     distance: Pair,
 
     /// Side from which the second camera sees the plant, as the first camera sees it
-    #[arg(long, value_enum, default_value = "right")]
+    #[arg(long = "side", id = "from", value_enum, default_value = "right")]
     from: SideName,
 
     /// File to write the track in space to

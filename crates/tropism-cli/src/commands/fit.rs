@@ -26,9 +26,9 @@ use crate::shell::Shell;
 #[command(after_help = "Examples:\n  \
     tropism fit tent --out model.json\n  \
     tropism fit tent/1/track.csv tent/2/track.csv --out model.json\n  \
-    tropism fit grown --model stem --out stem.json\n  \
+    tropism fit grown --kind stem --out stem.json\n  \
     tropism grow --lamps 4 --cameras 2 --out around\n  \
-    tropism fit around --model space --out space.json")]
+    tropism fit around --kind space --out space.json")]
 pub(crate) struct Fit {
     /// Tracks (CSV with tip_x_cm, tip_y_cm and light), and folders of runs or of tracks
     #[arg(required = true, value_name = "TRACK.csv|DIR")]
@@ -47,7 +47,7 @@ pub(crate) struct Fit {
     force: bool,
 
     /// The paper's tip-motion model, or the linear model of the whole stem: in the plane, or in space
-    #[arg(long, value_parser = model_parser(), default_value = ModelKind::default().name())]
+    #[arg(long = "kind", value_parser = model_parser(), default_value = ModelKind::default().name())]
     model: ModelKind,
 
     /// Half-width and half-height of the sliding window, in cm

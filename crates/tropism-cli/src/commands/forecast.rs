@@ -7,7 +7,7 @@ use clap::Args;
 use tropism_lab::forecast::{ForecastError, ForecastPlan, ForecastResults, LightForecasts, Truth};
 use tropism_lab::units::plural;
 
-use crate::options::{BeanOption, SeedOption, checked_scale};
+use crate::options::{BeanOption, SeedOption, checked_variation};
 use crate::progress::{check_outputs, execute_and_print};
 use crate::shell::Shell;
 
@@ -29,7 +29,7 @@ pub(crate) struct Forecast {
     models: Vec<PathBuf>,
 
     /// Tracks of plants that were left out, and folders of runs or of tracks; virtual beans by default
-    #[arg(long, num_args = 1.., value_name = "TRACK.csv|DIR", conflicts_with_all = ["plants", "scale", "bean"])]
+    #[arg(long, num_args = 1.., value_name = "TRACK.csv|DIR", conflicts_with_all = ["plants", "variation", "bean"])]
     tracks: Vec<PathBuf>,
 
     /// Number of virtual beans, the same ones under both kinds of light
@@ -46,7 +46,7 @@ pub(crate) struct Forecast {
 
     /// Individual variation of the virtual beans: 0 for the average, 1 as between real plants, up to 2
     #[arg(long, default_value_t = 1.0, value_name = "X")]
-    scale: f64,
+    variation: f64,
 
     /// Folder for forecast.json and the figure; none by default
     #[arg(long, value_name = "DIR")]
@@ -76,7 +76,7 @@ impl Forecast {
             replace: self.force,
             ..ForecastPlan::default()
         };
-        plan.greenhouse.scale = checked_scale(self.scale)?;
+        plan.greenhouse.variation = checked_variation(self.variation)?;
         if let Some(bean) = self.bean.load()? {
             plan.greenhouse.bean = bean;
         }

@@ -9,7 +9,7 @@ use tropism_lab::transfer::{TEST_PLANTS, TransferPlan, TransferResults, read_con
 use tropism_lab::units::plural;
 
 use crate::controller::{ControllerName, conditions_of, note_other_task};
-use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
+use crate::options::{BeanOption, SeedOption, TaskOption, checked_variation};
 use crate::progress::{check_outputs, execute_and_print, for_user};
 use crate::shell::Shell;
 
@@ -25,7 +25,7 @@ use crate::shell::Shell;
     tropism transfer --out transfer --resume")]
 pub(crate) struct Transfer {
     /// periodic[:6h], greedy, files of champions, rules, planners or models to plan on, or folders of champions
-    #[arg(long, required_unless_present = "resume", num_args = 1.., value_name = "FILE|DIR|greedy|periodic:6h")]
+    #[arg(long, required_unless_present = "resume", num_args = 1.., value_name = "CONTROLLER")]
     controllers: Vec<ControllerName>,
 
     /// Number of virtual plants; none of them is a plant of another command, whatever the seed
@@ -38,7 +38,7 @@ pub(crate) struct Transfer {
 
     /// Individual variation of the plants: 0 for the average, 1 as between real plants, up to 2
     #[arg(long, default_value_t = 1.0, value_name = "X")]
-    scale: f64,
+    variation: f64,
 
     /// Give each plant a random sequence of targets of its own, in reach of a typical plant, instead of those of the task
     #[arg(long)]
@@ -90,7 +90,7 @@ impl Transfer {
             };
             return execute_and_print(&plan, shell, |results| text(&plan, results));
         }
-        let scale = checked_scale(self.scale)?;
+        let variation = checked_variation(self.variation)?;
         let sources: Vec<_> = self.controllers.iter().map(ControllerName::source).collect();
         let controllers = read_controllers(&sources)?;
         let conditions = conditions_of(controllers.iter().map(|one| &one.controller), &self.task)?;
@@ -113,7 +113,7 @@ impl Transfer {
             out: self.out,
             ..TransferPlan::default()
         };
-        plan.greenhouse.scale = scale;
+        plan.greenhouse.variation = variation;
         plan.greenhouse.layout = conditions.layout;
         if let Some(bean) = self.bean.load()? {
             plan.greenhouse.bean = bean;

@@ -12,7 +12,7 @@ use tropism_lab::files::shell_word;
 use tropism_lab::tune::{TunePlan, TuneResults};
 
 use super::status::outlook_text;
-use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
+use crate::options::{BeanOption, SeedOption, TaskOption, checked_variation};
 use crate::progress::{check_outputs, execute_and_print, for_user};
 use crate::shell::Shell;
 
@@ -26,7 +26,7 @@ use crate::shell::Shell;
 #[derive(Args)]
 #[command(after_help = "Example, from six tracks to a steered plant:\n  \
     tropism grow --plants 6 --out open-loop\n  \
-    tropism fit open-loop/*.csv --model stem --out stem.json\n  \
+    tropism fit open-loop/*.csv --kind stem --out stem.json\n  \
     tropism tune --model stem.json --out rule.json\n  \
     tropism run --rig greenhouse --controller rule.json --out steered\n\
     A search that was interrupted goes on by\n  \
@@ -42,7 +42,7 @@ pub(crate) struct Tune {
 
     /// Individual variation of virtual beans: 0 for the average, 1 as between real plants (the default), up to 2
     #[arg(long, value_name = "X")]
-    scale: Option<f64>,
+    variation: Option<f64>,
 
     #[command(flatten)]
     bean: BeanOption,
@@ -92,13 +92,13 @@ impl Tune {
         let Self { generations, population, episodes, starts, .. } = self;
         let bean = self.bean.load()?;
         ensure!(
-            self.beans || (bean.is_none() && self.scale.is_none()),
-            "found --bean or --scale, wanted --beans with them: a model has plants of its own"
+            self.beans || (bean.is_none() && self.variation.is_none()),
+            "found --bean or --variation, wanted --beans with them: a model has plants of its own"
         );
-        let scale = checked_scale(self.scale.unwrap_or(1.0))?;
+        let variation = checked_variation(self.variation.unwrap_or(1.0))?;
         let task = self.task.load()?;
         let beans = self.beans.then(|| {
-            Greenhouse { bean: bean.unwrap_or_default(), scale, ..Greenhouse::default() }.for_task(&task)
+            Greenhouse { bean: bean.unwrap_or_default(), variation, ..Greenhouse::default() }.for_task(&task)
         });
         let defaults = TunePlan::default();
         let plan = TunePlan {

@@ -8,7 +8,7 @@ use tropism::nodes::{NodeEvolutionConfig, NodeFaults};
 use tropism_lab::files::shell_word;
 use tropism_lab::wall::{EvolveNodesPlan, NodeRule, NodesFile, WallFile, WallPlan, WallResults};
 
-use crate::options::{BeanOption, SeedOption, checked_scale};
+use crate::options::{BeanOption, SeedOption, checked_variation};
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
@@ -56,7 +56,7 @@ pub(crate) struct Wall {
 
     /// Individual variation as a multiple of that of the species, 0 to 2
     #[arg(long, default_value_t = 1.0, value_name = "X")]
-    scale: f64,
+    variation: f64,
 
     /// Evolve a network for all nodes on a model of open-loop plants, and write it to FILE instead
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["rules", "plants", "steps", "learning", "faults", "out"])]
@@ -84,13 +84,22 @@ impl Wall {
         for warning in file.warnings() {
             shell.note(&format!("warning: {warning}"));
         }
-        let (species, scale) = (self.bean.load()?.unwrap_or_default(), checked_scale(self.scale)?);
+        let (species, variation) =
+            (self.bean.load()?.unwrap_or_default(), checked_variation(self.variation)?);
         if let Some(out) = self.evolve {
             let config =
                 NodeEvolutionConfig { generations: self.generations, ..NodeEvolutionConfig::default() };
             let (seed, replace) = (self.seed.seed, self.force);
-            let plan =
-                EvolveNodesPlan { file, config, species, scale, seed, out, replace, ..Default::default() };
+            let plan = EvolveNodesPlan {
+                file,
+                config,
+                species,
+                variation,
+                seed,
+                out,
+                replace,
+                ..Default::default()
+            };
             return execute_and_print(&plan, shell, |results| text_of_evolution(&plan, results));
         }
         let plan = WallPlan {
@@ -98,7 +107,7 @@ impl Wall {
             rules: self.rules,
             plants: self.plants,
             species,
-            scale,
+            variation,
             faults: self.faults.unwrap_or_default(),
             learning_h: self.learning,
             max_steps: self.steps,

@@ -13,6 +13,7 @@ use crate::{Error, Workflow};
 /// The settings of an evolution, without its model and its folder: the content of `studies/evolution.toml`. What is left out
 /// is the paper's. The `evolution.toml` of another evolution can be read, too.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct EvolveConfig {
     /// Schema of the `evolution.toml` of an evolution.

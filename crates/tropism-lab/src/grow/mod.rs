@@ -120,9 +120,10 @@ impl Workflow for GrowPlan {
     fn check(&self) -> Result<(), Error> {
         Error::check_range("plants", self.plants, 1_000_000)?;
         self.config(0).check()?;
-        let Greenhouse { scale, bean, layout, scene, solids, .. } = self.greenhouse.clone();
+        let Greenhouse { variation, bean, layout, scene, solids, .. } = self.greenhouse.clone();
         let scene = Scene { cameras: scene.cameras, ..Scene::default() };
-        let without_photographs = Greenhouse { scale, bean, layout, scene, solids, ..Greenhouse::default() };
+        let without_photographs =
+            Greenhouse { variation, bean, layout, scene, solids, ..Greenhouse::default() };
         if !self.photographs && self.greenhouse != without_photographs {
             return Err(Error::Plan(
                 "found `greenhouse.scene` or `greenhouse.faults`, wanted `photographs` with them: they only change \

@@ -4,7 +4,7 @@
 //! how well controllers that were made from the tracks of a few plants steer other plants, with intervals over replicates
 //! and plants. Each replicate grows plants of its own, and makes everything from their tracks alone. All controllers of a
 //! scenario steer the same unseen plants. Each stage executes the plan of another workflow; one whose file is there is not
-//! repeated. Without methods the rules by hand alone are judged, and nothing is grown, fitted or searched for beforehand:
+//! repeated. Without methods the greedy controller and one lamp that stays lit are tested alone, and nothing is grown, fitted or searched for beforehand:
 //! that is for tasks that no model knows. `docs/how-to/compare-controllers.md` has the protocol.
 
 mod results;
@@ -55,6 +55,7 @@ const REFERENCE: &str = "reference";
 
 /// How a replicate makes a controller from its tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum MethodKind {
     /// NEAT, by default on the paper's tip-motion model: the champion is the best on models of single plants.
@@ -89,6 +90,7 @@ pub enum MethodKind {
 
 /// A method with its name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Method {
     /// Its name: letters, digits, `-`, `_` and `.`.
     pub name: String,
@@ -99,6 +101,7 @@ pub struct Method {
 
 /// Plants of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// Its name: letters, digits, `-`, `_` and `.`.
@@ -108,21 +111,21 @@ pub struct Scenario {
     pub bean: Option<PathBuf>,
     /// Individual variation of the plants as a multiple of that of the species.
     #[serde(default = "one")]
-    pub scale: f64,
+    pub variation: f64,
     /// File of the task of this scenario; that of the study by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub task: Option<PathBuf>,
     /// Steps of an open-loop experiment, 1 to 1000000; those of the study by default. A slow species needs more of them to grow
-    /// as high. None beside `controllers_of`: no open-loop experiment is made then.
+    /// as high. Left out beside `controllers_of`: no open-loop experiment is made then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<u32>,
-    /// Plants that judge the controllers of this scenario, 1 to 100000; those of the study by default.
+    /// Test plants of this scenario, 1 to 100000; those of the study by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub test_plants: Option<u32>,
-    /// Whether the judged tip of this scenario is measured in photographs; as in the study by default.
+    /// Whether the tips of the test plants of this scenario are measured in photographs; as in the study by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub photographs: Option<bool>,
-    /// Name of a scenario before this one, whose controllers and reference are judged here, too: none is made for this scenario.
+    /// Name of a scenario before this one, whose controllers and reference are tested here, too: none is made for this scenario.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controllers_of: Option<String>,
 }
@@ -134,7 +137,7 @@ impl Scenario {
         Self {
             name: name.to_owned(),
             bean: None,
-            scale: one(),
+            variation: one(),
             task: None,
             steps: None,
             test_plants: None,
@@ -155,6 +158,7 @@ const fn one() -> f64 {
 
 /// Everything that decides the results: the content of a study file such as `studies/robust.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct ReplicatesConfig {
     /// Seed of all random numbers.
@@ -165,16 +169,16 @@ pub struct ReplicatesConfig {
     pub plants: u32,
     /// Steps of an open-loop experiment. Paper: 1000 (section 2.2.1).
     pub steps: u32,
-    /// Plants that judge the controllers of a scenario, 1 to 100000.
+    /// Test plants of a scenario, 1 to 100000.
     pub test_plants: u32,
     /// Task of the controllers; it has targets.
     pub task: Task,
-    /// Whether the judged tip is measured in photographs.
+    /// Whether the tips of the test plants are measured in photographs.
     pub photographs: bool,
     /// The search for the reference controller: a rule that is tuned on virtual plants themselves. Left out, there is no reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<RuleSearch>,
-    /// The methods. With an empty list the rules by hand alone are judged, and `replicates`, `plants` and `steps` count for
+    /// The methods. With an empty list the greedy controller and one lamp that stays lit are tested alone, and `replicates`, `plants` and `steps` count for
     /// nothing.
     pub methods: Vec<Method>,
     /// The scenarios.
@@ -308,10 +312,10 @@ impl ReplicatesConfig {
                 .and_then(|()| Error::check_range("steps", steps.unwrap_or(self.steps), 1_000_000))
                 .map_err(Error::at(format!("scenario {name}")))?;
         }
-        let is_scale = |scenario: &&Scenario| !(0.0..=2.0).contains(&scenario.scale);
-        match self.scenarios.iter().find(is_scale) {
-            Some(Scenario { name, scale, .. }) => {
-                Err(Error::Plan(format!("scenario {name}: found scale = {scale}, wanted 0 to 2")))
+        let is_varied = |scenario: &&Scenario| !(0.0..=2.0).contains(&scenario.variation);
+        match self.scenarios.iter().find(is_varied) {
+            Some(Scenario { name, variation, .. }) => {
+                Err(Error::Plan(format!("scenario {name}: found variation = {variation}, wanted 0 to 2")))
             }
             None => Ok(()),
         }
@@ -452,7 +456,7 @@ impl ReplicatesPlan {
             let bean: Species =
                 scenario.bean.as_deref().map(files::read_toml).transpose()?.unwrap_or_default();
             let greenhouse =
-                Greenhouse { bean, scale: scenario.scale, ..Greenhouse::default() }.for_task(task);
+                Greenhouse { bean, variation: scenario.variation, ..Greenhouse::default() }.for_task(task);
             let file = scenario.bean.clone().unwrap_or_default();
             greenhouse.check().map_err(|error| FileError::content(&file, error.to_string()))?;
             Ok(greenhouse)
@@ -612,9 +616,9 @@ impl Stages<'_> {
                 ..GrowPlan::default()
             };
         }
-        let Greenhouse { bean, scale, .. } = self.greenhouse.clone();
+        let Greenhouse { bean, variation, .. } = self.greenhouse.clone();
         GrowPlan {
-            greenhouse: Greenhouse { bean, scale, ..Greenhouse::default() },
+            greenhouse: Greenhouse { bean, variation, ..Greenhouse::default() },
             out: folder.join("open-loop"),
             ..GrowPlan::default()
         }

@@ -54,7 +54,7 @@ pub struct ScenarioResults {
     /// Species of the plants.
     pub species: String,
     /// Individual variation of the plants as a multiple of that of the species.
-    pub scale: f64,
+    pub variation: f64,
     /// Its task in a few words.
     #[serde(default)]
     pub task: String,
@@ -202,7 +202,7 @@ impl ScenarioResults {
         Self {
             name: scenario.name.clone(),
             species: greenhouse.bean.name.clone(),
-            scale: scenario.scale,
+            variation: scenario.variation,
             test_plants: config.test_plants_of(scenario),
             photographs: config.photographs_of(scenario),
             task: task.title(),

@@ -23,6 +23,7 @@ pub(super) const PHOTOGRAPHED: [&str; 3] = ["champion", "greedy", "rule"];
 
 /// Everything that decides the results of a study: the content of `study.toml`. The default is the paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct StudyConfig {
     /// Seed of all random numbers.

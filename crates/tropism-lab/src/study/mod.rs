@@ -307,7 +307,7 @@ impl StudyStages<'_> {
             task: config.task.clone(),
             greenhouse: Greenhouse {
                 bean: config.greenhouse.bean.clone(),
-                scale: config.greenhouse.scale,
+                variation: config.greenhouse.variation,
                 layout: config.greenhouse.layout.clone(),
                 ..Greenhouse::default()
             },

@@ -18,6 +18,7 @@ const LONGEST_VALUE: usize = 24;
 
 /// The seeds of a sweep: each setting has one unit of work with each of them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Seeds {
     /// The seeds 1 to this number.
@@ -47,6 +48,7 @@ impl Seeds {
 
 /// Everything that decides the results of a sweep: the content of a file such as `studies/sweep.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct SweepConfig {
     /// File of the model on which controllers evolve.
@@ -56,12 +58,15 @@ pub struct SweepConfig {
     pub seeds: Seeds,
     /// Settings that vary: for each key a list of values. All combinations are tried, in the order of the keys'
     /// letters and of the values in the file.
+    #[cfg_attr(feature = "schema", schemars(with = "std::collections::BTreeMap<String, serde_json::Value>"))]
     pub grid: Table,
     /// What all evolutions share: keys of `studies/evolution.toml` but the seed.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<EvolveConfig>"))]
     pub evolve: Option<Table>,
     /// What all studies of replicates share, instead of evolutions: keys of `studies/robust.toml` but the seed.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<ReplicatesConfig>"))]
     pub replicates: Option<Table>,
 }
 

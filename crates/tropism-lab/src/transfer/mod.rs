@@ -308,16 +308,16 @@ impl TransferPlan {
             .flat_map(|controller| (0..seeds.len()).map(move |plant| (controller, plant)))
             .collect();
         monitor.stage("steering unseen beans", units.len() as u64);
-        let Greenhouse { bean, scale, .. } = &self.greenhouse;
+        let Greenhouse { bean, variation, .. } = &self.greenhouse;
         let steps = self.task.max_steps;
-        let reference = Reference::of(bean, *scale, steps, self.period_min, &|| monitor.may_go_on());
+        let reference = Reference::of(bean, *variation, steps, self.period_min, &|| monitor.may_go_on());
         let reference = reference.ok_or_else(|| self.interrupted())?;
         let judge = Judge { reference: &reference, model };
         let unit = |&(controller, plant): &(usize, usize)| {
             let Some(track) = self.track(controller, plant, seeds[plant], &tasks[plant], monitor)? else {
                 return Ok(None);
             };
-            let response = Response::of(bean, *scale, seeds[plant], steps, self.period_min);
+            let response = Response::of(bean, *variation, seeds[plant], steps, self.period_min);
             Ok(Some(judge.judge(&track, &tasks[plant], &response)))
         };
         let judged: Option<Vec<PlantResult>> = all(&units, unit)?;

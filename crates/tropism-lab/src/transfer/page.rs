@@ -92,7 +92,7 @@ impl TransferPlan {
             results.controllers.len(),
             results.plants,
             results.species,
-            results.scale,
+            results.variation,
         )
     }
 

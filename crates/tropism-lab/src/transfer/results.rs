@@ -39,7 +39,7 @@ pub struct TransferResults {
     /// Species of the plants.
     pub species: String,
     /// Individual variation of the plants as a multiple of that of the species.
-    pub scale: f64,
+    pub variation: f64,
     /// Number of plants.
     pub plants: usize,
     /// Whether the tip was measured in photographs.
@@ -303,7 +303,7 @@ impl Scores {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             is_virtual: true,
             species: plan.greenhouse.bean.name.clone(),
-            scale: plan.greenhouse.scale,
+            variation: plan.greenhouse.variation,
             plants: seeds,
             photographs: plan.photographs,
             seed: plan.seed,

@@ -226,8 +226,8 @@ def species(value: Any, place: str = "species") -> dict[str, Any]:
 def greenhouse(value: Any, place: str = "greenhouse") -> dict[str, Any]:
     """The virtual tent. Its `bean` may be a bean file.
 
-    >>> greenhouse({"scale": 0.5})
-    {'scale': 0.5}
+    >>> greenhouse({"variation": 0.5})
+    {'variation': 0.5}
     """
     if isinstance(value, Mapping) and is_path(value.get("bean")):
         value = {**value, "bean": species(value["bean"], f"{place}.bean")}

@@ -612,7 +612,7 @@ class ScenarioResults(Results):
     #: Species of the plants.
     species: str
     #: Individual variation of the plants as a multiple of that of the species.
-    scale: float
+    variation: float
     #: Its task in a few words.
     task: str
     #: Plants that judge the controllers.

@@ -576,7 +576,7 @@ class TransferResults(Results):
     version: str
     is_virtual: bool
     species: str
-    scale: float
+    variation: float
     plants: int
     photographs: bool
     seed: int

@@ -31,6 +31,7 @@ use channel::{Channel, Pace};
 
 /// Kind of an event: the kinds of the journal, and three more. One word in files and messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "String", into = "&'static str")]
 pub enum Kind {
     /// An event of the journal.
@@ -151,6 +152,7 @@ impl AlertEvent {
 
 /// Settings of a channel that sends a POST: text to an ntfy server, JSON to a webhook. A secret address lies in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Post {
     /// Address, such as `https://ntfy.sh/my-topic`.
@@ -172,6 +174,7 @@ pub struct Post {
 
 /// Settings of a heartbeat: a GET after each step, at most one a minute.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Heartbeat {
     /// Address.
@@ -187,6 +190,7 @@ pub struct Heartbeat {
 
 /// Settings of a channel to the rig's broker: `TOPIC/status` is retained, `TOPIC/event` has each event.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MqttAlert {
     /// Start of the topics, such as `tropism/bean`.
@@ -198,6 +202,7 @@ pub struct MqttAlert {
 
 /// Settings of a program that runs for each message, with two more arguments: kind and text.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CommandAlert {
     /// Program and first arguments.

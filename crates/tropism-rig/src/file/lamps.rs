@@ -28,8 +28,10 @@ const PAUSE: Seconds = Seconds::new(0.2);
 /// In a file, each lamp is a key of `[lamps]` beside the settings of all lamps. `left`, `right`, `front` and `back` stand
 /// at the places of [`Layout::four_sides`]; a lamp of any other name has its place in `at`.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LampsTable {
     /// The lamps in the order of the layout: `left`, `right`, `front`, `back`, then the others as in the file.
+    #[cfg_attr(feature = "schema", schemars(flatten, with = "BTreeMap<String, LampControl>"))]
     pub lamps: Vec<NamedLamp>,
     /// The program that darkens all lamps, beside one program for each.
     pub dark: Option<Vec<String>>,
@@ -40,8 +42,10 @@ pub struct LampsTable {
     /// Hours of light at most in any 24 hours, above 0 and at most 24; then all lamps are dark until there is room again.
     pub max_light_h: Option<f64>,
     /// Places by name, in cm from the root: x to the right, y up from the soil, z towards the camera.
+    #[cfg_attr(feature = "schema", schemars(default))]
     pub at: BTreeMap<String, [f64; 3]>,
     /// State of the lamps after a run ends, for any reason. Dark if it is left out.
+    #[cfg_attr(feature = "schema", schemars(default))]
     pub on_exit: OnExit,
 }
 
@@ -56,6 +60,7 @@ pub struct NamedLamp {
 
 /// How a lamp is switched.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum LampControl {
     /// The words of a program that lights this lamp and darkens all others.

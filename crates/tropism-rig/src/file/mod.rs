@@ -27,6 +27,7 @@ pub type AnyRig = Rig<Box<dyn Camera>, Box<dyn Lamps>, Box<dyn Flash>, Box<dyn C
 
 /// A rig file. Either `greenhouse`, or `camera`, `lamps` and `calibration`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RigFile {
     /// What a power cut may cost: `full` loses no step, `fast` does not wait for the disk. If it is left out: `full` for a
@@ -75,6 +76,7 @@ pub struct RigFile {
 
 /// A camera at the side of the plant, at a right angle to the one in front.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SideTable {
     /// From the lens of each camera to the plane through the root that it faces, in cm, the front camera's first. Default:

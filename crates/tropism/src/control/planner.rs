@@ -30,6 +30,7 @@ const PLANTS_AT_ONCE: usize = 8;
 
 /// What a [`Planner`] tries, and how often.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct PlannerConfig {
     /// Simulated plants on which each choice is tried, 2 to 1000.

@@ -34,6 +34,7 @@ const LIGHT_WEIGHT: f64 = 0.15;
 /// pole. Then `overshoot` is by how many rad that point is farther ahead than the greedy rule's, and `offset_cm` by how much the
 /// circle is wider.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PredictiveRule<R = f64> {
     /// Height below a target from which the target after it is looked at, in cm, above 0.
@@ -66,6 +67,7 @@ pub struct PredictiveRule<R = f64> {
 /// from the obstacle by `push (clearance_cm - c - clearance_steps w)` if that is above 0. The tip is expected
 /// `bend (a - b)` further right, with a the x of the tenth and b that of the seventh of ten points of the stem.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Avoidance<R = f64> {
     /// Shift of the way points of the task to the right, in cm.

@@ -20,6 +20,7 @@ pub const TIP_INPUTS: usize = 2;
 
 /// One sensor: one or more inputs of a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Sensor {
     /// x and y of the tip, in cm. Paper (section 2.3).
@@ -103,6 +104,7 @@ impl Sensor {
 /// # Ok::<(), tropism::control::SensorsError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "Vec<Sensor>", into = "Vec<Sensor>")]
 pub struct Sensors(Vec<Sensor>);
 

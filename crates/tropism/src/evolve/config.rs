@@ -10,6 +10,7 @@ use crate::control::Sensors;
 
 /// How controllers are evolved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct EvolutionConfig {
     /// Independent runs, 1 to 10000. Paper: 20 (section 3.1).

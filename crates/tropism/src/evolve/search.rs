@@ -9,6 +9,7 @@ use super::weight_search::WeightSearch;
 
 /// How networks are searched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// NEAT: topology and weights. Paper (section 2.3.2).

@@ -9,6 +9,7 @@ use crate::task::Task;
 
 /// From which networks evolution starts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
     /// Random minimal networks. Paper (section 3.1).
@@ -17,7 +18,7 @@ pub enum Start {
     /// A network that decides as the [greedy rule](crate::control::Greedy) does, and mutants of it.
     Greedy,
     /// A given network, such as the champion of another evolution, and mutants of it.
-    Network(Box<Genome>),
+    Network(#[cfg_attr(feature = "schema", schemars(with = "serde_json::Value"))] Box<Genome>),
 }
 
 impl Start {

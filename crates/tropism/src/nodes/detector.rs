@@ -19,6 +19,7 @@ const FIRST_READINGS: u32 = 12;
 
 /// Settings of an [`EchoDetector`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct DetectorSettings {
     /// Threshold of the node's own reading, in standard deviations of its learning time: 1 to 20.

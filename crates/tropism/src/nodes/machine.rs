@@ -23,6 +23,7 @@ const DARK_STEPS: u32 = 3;
 
 /// Settings of a [`StateMachine`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct StateMachineSettings {
     /// Level of a lit lamp, 1 to 255.
@@ -32,7 +33,7 @@ pub struct StateMachineSettings {
     ///
     /// 20 h are 1.4 times the 14 h in which the virtual bean grows from one level to the next, 5 cm at 0.36 cm/h.
     pub give_up_h: f64,
-    /// How a plant is told from the empty scene.
+    /// How a plant is distinguished from the empty scene.
     pub detector: DetectorSettings,
 }
 

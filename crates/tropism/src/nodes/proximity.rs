@@ -33,6 +33,7 @@ pub struct Patch {
 
 /// A proximity sensor. All readings are in units of the natural logarithm of the echo.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Proximity {
     /// Distance at which a stem of 0.12 cm radius on the axis gives a reading of 0.4 over the empty scene, in cm: 0.5 to 50.

@@ -13,6 +13,7 @@ const SAME_LEVEL_CM: f64 = 0.5;
 
 /// One node: a lamp and a proximity sensor at one place.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct NodeSpec {
     /// Name: 1 to 24 letters, digits, `-` or `_`.
@@ -33,6 +34,7 @@ const fn towards_the_camera() -> Vec3 {
 
 /// The path along which the plant is to grow: names of nodes, or `"random"`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "PathText", into = "PathText")]
 pub enum WallPath {
     /// Names of nodes, lowest first.
@@ -44,6 +46,7 @@ pub enum WallPath {
 
 /// A path in a file.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 enum PathText {
     Word(String),
@@ -76,6 +79,7 @@ impl From<WallPath> for PathText {
 
 /// Nodes before a plant, their links and the drawn path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct NodeWall {
     /// Irradiance of a lamp at level 255 over that of the paper's lamp, 0.0001 to 1: 1 is 6 umol/m^2/s of blue at 35 cm.

@@ -8,6 +8,7 @@ use crate::track::{PAPER_PERIOD_MIN, SAME_PERIOD};
 
 /// Growth of the shoot in one step, eq. (4): in settings a step of five minutes, in a model one of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Growth {
     /// Mean, in cm. Paper: 0.03.
@@ -43,6 +44,7 @@ impl Growth {
 
 /// What the model does where its window holds no data: the white of Fig. 5. The paper does not say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Empty {
     /// The tip is not shifted sideways; it only grows.
@@ -54,6 +56,7 @@ pub enum Empty {
 
 /// How a model is made of tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct TipModelConfig {
     /// Sliding window, eq. (1). Paper: 1 cm x 2 cm.

@@ -53,6 +53,7 @@ pub fn with_mirrored(shifts: &[Shift], layout: &Layout) -> Vec<Shift> {
 
 /// Half the width and half the height of the sliding window, eq. (1).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Window {
     /// Half-width w_x, in cm. Paper: 0.5.

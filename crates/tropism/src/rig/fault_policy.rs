@@ -14,6 +14,7 @@ pub const COLUMNS: f64 = 2592.0;
 
 /// The faults that a run tolerates, and for how long: the table `fault_policy` of a rig file. The default is for a real plant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct FaultPolicy {
     /// Seconds by which a step may begin late; a later step is missed. Missed steps are never caught up with, so that there
@@ -49,6 +50,7 @@ pub struct FaultPolicy {
 
 /// What happens after a long downtime.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum OnDowntime {
     /// The run pauses and asks its user.
@@ -59,6 +61,7 @@ pub enum OnDowntime {
 
 /// What the lamps do while nothing is decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum OnFault {
     /// The lit lamp stays lit.
@@ -146,6 +149,7 @@ impl FaultPolicy {
 
 /// What a power cut may cost a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Durability {
     /// Nothing: each step is on the disk before the next begins. For real plants.
@@ -158,6 +162,7 @@ pub enum Durability {
 ///
 /// Without regions, the outer thirds of the picture stand for a left and a right lamp.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(transparent)]
 pub struct LampsInView(pub BTreeMap<String, Region>);
 

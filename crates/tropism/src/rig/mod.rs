@@ -52,6 +52,7 @@ pub trait Lamps {
 
 /// What becomes of the lamps when a rig is closed, however that comes about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum OnExit {
     /// All go dark.

@@ -169,6 +169,17 @@ impl Serialize for ModelKind {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for ModelKind {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "ModelKind".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "enum": Self::all().map(Self::name).collect::<Vec<_>>() })
+    }
+}
+
 impl<'de> Deserialize<'de> for ModelKind {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = String::deserialize(deserializer)?;

@@ -79,6 +79,40 @@ macro_rules! keys {
             }
         }
 
+        #[cfg(feature = "schema")]
+        impl schemars::JsonSchema for Task {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                "Task".into()
+            }
+
+            fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                let all = kinds().map(|task| {
+                    let mut keys = serde_json::Map::new();
+                    keys.insert("kind".to_owned(), serde_json::json!({ "const": task.kind.name() }));
+                    $(
+                        if task.takes(stringify!($key)) {
+                            let mut schema = generator.subschema_for::<$type>();
+                            schema.insert("description".to_owned(), concat!($($doc, "\n"),+).into());
+                            let default = serde_json::to_value(&task.$key).unwrap_or_default();
+                            if task.$key.is_set() && !default.is_null() {
+                                schema.insert("default".to_owned(), default);
+                            }
+                            keys.insert(stringify!($key).to_owned(), schema.into());
+                        }
+                    )+
+                    let required: &[&str] = if task.has_score::<Targets>() { &[] } else { &["kind"] };
+                    serde_json::json!({
+                        "title": task.kind.name(),
+                        "type": "object",
+                        "properties": keys,
+                        "required": required,
+                        "additionalProperties": false,
+                    })
+                });
+                schemars::json_schema!({ "oneOf": all })
+            }
+        }
+
         impl Serialize for Task {
             fn serialize<S: Serializer>(&self, file: S) -> Result<S::Ok, S::Error> {
                 let mut table = file.serialize_map(None)?;

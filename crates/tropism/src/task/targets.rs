@@ -23,6 +23,7 @@ impl Default for Task {
 /// How eq. (9) is read: what a step towards the targets is worth. The next target is the lowest one above all heights that the
 /// tip has had; in the paper, whose tips rise, that is the set T_i. Above the last target no step counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Reading {
     /// Eq. (9) to the letter: the sign of a step follows from where it ends, so that a step across a target costs its whole

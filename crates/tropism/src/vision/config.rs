@@ -12,6 +12,7 @@ use crate::vision::error::VisionError;
 
 /// Detection method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
     /// The paper's method: the highest bright sample of the crop (section 2.2.2).
@@ -23,6 +24,7 @@ pub enum Mode {
 
 /// The direction in which a plant grows in its pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Direction {
     /// Upwards.
@@ -41,6 +43,7 @@ words! { Direction, "direction": Up = "up", Left = "left", Right = "right", Down
 
 /// Settings of plant detection.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct VisionConfig {
     /// Detection method.
@@ -48,8 +51,8 @@ pub struct VisionConfig {
     /// Direction in which the plant grows: what is farthest in it is the tip.
     #[serde(skip_serializing_if = "is_up")]
     pub up: Direction,
-    /// Region of interest, in pixels; `None` is the whole picture. The paper crops to "the extents of actual plant
-    /// growth (to exclude the pot and light sources)" (section 2.2.2).
+    /// Region of interest, in pixels; the whole picture if it is left out. The paper crops to "the extents of actual
+    /// plant growth (to exclude the pot and light sources)" (section 2.2.2).
     pub crop: Option<Region>,
     /// Least number of columns to which a whole picture is subsampled: the sampling step is the greatest whole number
     /// of pixels that leaves as many. The paper gives no "sampling resolution"; chosen: 648, a quarter of its
@@ -75,10 +78,10 @@ pub struct VisionConfig {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub obstacles: Vec<Obstacle>,
     /// Upright poles in view, as the camera sees them: x to the right and z towards it from the stem base, in cm. What has the
-    /// plant's colour before a pole is plant; a tip behind it is held.
+    /// plant's colour before a pole is plant; a tip behind it is carried forward.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub poles: Vec<Pole>,
-    /// Distance from the camera to the plane of the stem, in cm; wanted with poles.
+    /// Distance from the camera to the plane of the stem, in cm; required with poles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera_cm: Option<f64>,
 }
@@ -177,6 +180,7 @@ impl VisionConfig {
 ///
 /// With [`Self::Max`] the condition `G >= 0.75` of eq. (10) would be redundant, which speaks against it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Brightness {
     /// V of HSV: the largest of red, green and blue.
@@ -191,6 +195,7 @@ pub enum Brightness {
 
 /// Colour thresholds of eq. (10), and the choices that the paper leaves open there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct StemConfig {
     /// Least G - R and G - B of a plant pixel: 0.5.
@@ -211,6 +216,7 @@ impl Default for StemConfig {
 
 /// Plausibility bounds of eq. (11), as shares of the stem's length L at this step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct HoldConfig {
     /// Change of L from which on a stem is an error: 0.25.
@@ -219,8 +225,8 @@ pub struct HoldConfig {
     pub start: f64,
     /// Displacement of the ending vertex E from which on a stem is an error: 0.5.
     pub end: f64,
-    /// Number of held steps in a row after which the next stem is accepted. `None` is never, as in the paper, where
-    /// one wrong stem can then be held for ever.
+    /// Number of steps carried forward in a row after which the next stem is accepted. Never if it is left out, as in the
+    /// paper, where one wrong stem can then be carried forward for ever.
     pub release: Option<u32>,
 }
 

@@ -7,13 +7,12 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::files::shell_word;
 use tropism_lab::grow::{GrowPlan, GrowResults};
 use tropism_lab::units::plural;
 
 use crate::controller::{ControllerName, task_for};
-use crate::options::{SeedOption, TaskOption, TentOptions};
+use crate::options::{SeedOption, TaskOption, TentOptions, parse_minutes};
 use crate::progress::{check_outputs, execute_and_print};
 use crate::shell::Shell;
 
@@ -21,8 +20,7 @@ use crate::shell::Shell;
 ///
 /// The tip is the highest point as the paper's detector would place it: projected, leaves included, on its grid and
 /// with its noise. The true position of the shoot apex stands in further columns. No photograph is analysed, not even
-/// those of
-/// --photographs: these are for `tropism track` and for other vision software, with the ground truth beside them.
+/// those of --photographs: these are for `tropism track` and for other vision software, with the ground truth beside them.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  tropism grow --plants 60 --steps 1000 --controller periodic:6h --out beans\n  \
@@ -35,19 +33,19 @@ pub(crate) struct Grow {
     #[arg(long, default_value_t = 6, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     plants: u32,
 
-    /// Largest number of steps; 1000 (83.3 hours at the default period) by default for a periodic controller
+    /// Most steps; 1000 by default for a periodic controller
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     steps: Option<u32>,
 
-    /// Time from one step to the next, in minutes
-    #[arg(long, default_value_t = PAPER_PERIOD_MIN, value_name = "MIN")]
+    /// Time from one step to the next
+    #[arg(long, default_value = "5m", value_name = "TIME", value_parser = parse_minutes)]
     period: f64,
 
-    /// periodic[:6h], greedy, or the file of an evolved network or a tuned rule
+    /// periodic[:6h], greedy, or a file of a network or rule
     #[arg(long, default_value = "periodic:6h", value_name = "CONTROLLER")]
     controller: ControllerName,
 
-    /// Folder to write to: one track for each plant, or with --photographs one run folder for each
+    /// Folder for a track of each plant, or with --photographs a run folder
     #[arg(long, value_name = "DIR", required_unless_present_any = ["check", "kinematics"])]
     out: Option<PathBuf>,
 
@@ -77,12 +75,12 @@ pub(crate) struct Grow {
     #[arg(long, requires = "photographs")]
     resume: bool,
 
-    /// Compare open-loop and steered beans with published values instead: each statistic with its range
-    #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "scale", "scene", "cameras", "faults", "tilt", "dark"])]
+    /// Compare beans with published values instead
+    #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "variation", "scene", "cameras", "faults", "tilt", "dark"])]
     check: bool,
 
-    /// Draw the typical plant in the experiments of plant physiology instead, into DIR
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["check", "plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "scale", "scene", "cameras", "faults", "tilt", "dark"])]
+    /// Draw experiments of plant physiology with the typical plant instead
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["check", "plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "variation", "scene", "cameras", "faults", "tilt", "dark"])]
     kinematics: Option<PathBuf>,
 
     #[command(flatten)]

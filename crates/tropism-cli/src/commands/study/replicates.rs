@@ -26,10 +26,10 @@ pub(super) fn text(results: &ReplicatesResults, out: &Path) -> String {
 fn add_scenario(text: &mut String, scenario: &ScenarioResults) {
     let best =
         scenario.best_possible.map_or_else(String::new, |best| format!(", fitness of at most {best:.2}"));
-    let ScenarioResults { name, species, scale, task, test_plants, photographs, .. } = scenario;
+    let ScenarioResults { name, species, variation, task, test_plants, photographs, .. } = scenario;
     let plants = plural(*test_plants, "unseen plant");
     let tips = if *photographs { "through photographs" } else { "true tips with the detector's noise" };
-    let _ = writeln!(text, "\n{name}: {task} ({species}, variation {scale}, {plants}, {tips}{best})");
+    let _ = writeln!(text, "\n{name}: {task} ({species}, variation {variation}, {plants}, {tips}{best})");
     let first = match &scenario.methods[..] {
         [first, _, ..] => format!("over {}", first.name),
         _ => String::new(),

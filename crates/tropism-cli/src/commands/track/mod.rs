@@ -20,13 +20,8 @@ use crate::shell::Shell;
 
 /// Track the tip and the stem of plants in a folder of photographs
 ///
-/// Photographs are ordered by their times, or by the numbers in their names. A frame without a detected plant holds the
-/// last tip: its `quality` is `carried_forward`, and its `class` says why. A damaged file never ends the batch.
-///
-/// Beside track.csv are written track.json (calibration, settings, counts, bad files) and track.frames.jsonl (the
-/// detections of each photograph, with the whole midline), from which --resume continues.
-///
-/// Without --calibration or --scale, centimetres assume the paper's camera, whose picture is 74 cm wide at the plant.
+/// In a frame without a detected plant the last tip is carried forward, and `class` says why. Beside track.csv are
+/// written track.json (settings, counts, bad files) and track.frames.jsonl (each detection).
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism track tent/1/photographs --calibration tent/1/calibration.toml --out track.csv\n  \
@@ -34,11 +29,11 @@ use crate::shell::Shell;
     tropism track my-photos --roi 250,150,200,185 --scale 11 --base 364,336 --out track.csv --overlay look\n  \
     tropism track two-plants --roi 50,80,200,300 --roi 300,80,200,300 --scale 30,420,195,421=15 --out track.csv")]
 pub(crate) struct Track {
-    /// Photographs (JPEG, PNG or TIFF), a film, or folders of them; a folder without any stands for the folders in it
+    /// Photographs (JPEG, PNG, TIFF), a film, or folders of them
     #[arg(required = true, value_name = "PHOTOS")]
     photographs: Vec<PathBuf>,
 
-    /// File to write the track to; with several plants track-1.csv, track-2.csv and so on
+    /// File for the track; of several plants track-1.csv, track-2.csv, ...
     #[arg(
         long,
         value_name = "track.csv",
@@ -48,75 +43,73 @@ pub(crate) struct Track {
     )]
     out: PathBuf,
 
-    /// Begin here: write a page to open in a browser, on which you click base, scale and region and copy the command.
-    /// With --roi, the detections are drawn in
+    /// Write a page on which to click base, scale and region: begin here
     #[arg(long, value_name = "PAGE.html", conflicts_with_all = ["out", "resume", "overlay", "sheet"])]
     guide: Option<PathBuf>,
 
-    /// Calibration file, from `tropism calibrate-camera` (base, px_per_cm, width, height)
+    /// Calibration file, from `tropism calibrate-camera`
     #[arg(long, value_name = "FILE", conflicts_with = "scale")]
     calibration: Option<PathBuf>,
 
-    /// Pixels per cm in the plane of the stem, or two pixels and the cm between them: a ruler's ends, the pot's rim
-    #[arg(long, value_name = "PX_PER_CM|X,Y,X,Y=CM", value_parser = parse_scale, allow_hyphen_values = true)]
+    /// Pixels per cm at the plant, or a ruler from pixel to pixel, X,Y,X,Y=CM; else the
+    /// paper's camera is assumed, whose picture is 74 cm wide
+    #[arg(long, value_name = "PX_PER_CM", value_parser = parse_scale, allow_hyphen_values = true)]
     scale: Option<f64>,
 
-    /// Pixel where the stem leaves the soil; the middle of the region's lower edge by default. Once a plant
+    /// Pixel where the stem leaves the soil, once a plant; else the middle of the region's lower edge
     #[arg(long, value_name = "X,Y", value_parser = parse_pair, allow_hyphen_values = true)]
     base: Vec<Pair>,
 
-    /// Region of interest: the plant without pot and lamps; without region and base the only plant that moves is found,
-    /// or else the whole picture searched. Once a plant
+    /// Region with the plant alone, once a plant; else the plant that moves is found
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_region)]
     roi: Vec<Region>,
 
-    /// Click on the tip in a photograph, by name or by number from 1: it is followed from there. Best in the first, the
-    /// middle and the last one; with several plants each click belongs to the region it lies in
+    /// Click on the tip in a photograph, by name or number from 1; best in the first, a middle
+    /// and the last one
     #[arg(long, value_name = "PHOTO,X,Y", value_parser = parse_click, conflicts_with_all = ["plants", "each", "guide"])]
     tip: Vec<PlantClick>,
 
-    /// Click on the end of the stem, below the leaves, likewise
+    /// Click on the end of the stem, below the leaves
     #[arg(long, value_name = "PHOTO,X,Y", value_parser = parse_click, requires = "tip")]
     node: Vec<PlantClick>,
 
-    /// Click on the root, likewise: where camera or plant are moved; else --base
+    /// Click on the root, where camera or plant are moved; else --base
     #[arg(long, value_name = "PHOTO,X,Y", value_parser = parse_click, requires = "tip")]
     root: Vec<PlantClick>,
 
-    /// Several plants by name: a TOML file with [[plant]] tables of name, region and base
-    #[arg(long, value_name = "PLANTS.toml", conflicts_with_all = ["roi", "base"])]
+    /// Several plants by name: a file of [[plant]] with name, region, base
+    #[arg(long = "plant-file", value_name = "PLANTS.toml", conflicts_with_all = ["roi", "base"])]
     plants: Option<PathBuf>,
 
-    /// Lamp that is lit: read from the pictures, none (no lamps in view), or from a CSV with the columns frame and light
-    #[arg(long, value_name = "auto|none|FILE.csv", default_value = "auto", value_parser = parse_light)]
+    /// Lit lamp: auto (seen in the pictures), none, or a CSV with the columns frame and light
+    #[arg(long, value_name = "LIGHT", default_value = "auto", value_parser = parse_light)]
     light: LightSource,
 
-    /// Source of the photographs' times
+    /// Source of the times
     #[arg(long, value_enum, default_value = "auto")]
     time: TimeName,
 
-    /// Time from one step to the next; by default the median interval, or five minutes where no times are known
+    /// Time of a step; by default the median interval, or five minutes
     #[arg(long, value_name = "TIME", value_parser = parse_minutes)]
     period: Option<f64>,
 
-    /// Method of detection: the robust one, or the paper's to the letter
-    #[arg(long, value_name = "robust|paper", default_value = "robust", value_parser = parse_mode)]
+    /// Detection: robust, or the paper's to the letter
+    #[arg(long, value_name = "MODE", default_value = "robust", value_parser = parse_mode)]
     mode: Mode,
 
-    /// Direction in which the plant grows in the pictures: up, left, right or down; by default found from its motion or
-    /// its stem
+    /// Direction of growth: up, left, right, down; else it is found
     #[arg(long, value_name = "DIRECTION")]
     up: Option<Direction>,
 
-    /// Take the photographs as unrelated, such as a folder of many plants: none is compared with another
+    /// Take the photographs as unrelated: none is compared with another
     #[arg(long, conflicts_with_all = ["guide", "period"])]
     each: bool,
 
-    /// Folder for a copy of each photograph with the detections drawn in
+    /// Folder for copies of the photographs with the detections drawn in
     #[arg(long, value_name = "DIR")]
     overlay: Option<PathBuf>,
 
-    /// File for a sheet of up to 24 photographs from first to last, with the detections drawn in
+    /// File for a sheet of up to 24 photographs with the detections
     #[arg(long, value_name = "SHEET.jpg")]
     sheet: Option<PathBuf>,
 

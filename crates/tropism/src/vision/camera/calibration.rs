@@ -21,6 +21,7 @@ use crate::vision::error::VisionError;
 /// assert_eq!(calibration.point(Pixel::new(340.0, 370.0)), Point::new(2.0, 3.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
     /// The root: the pixel where the stem leaves the soil, which is (0, 0) cm.
@@ -35,7 +36,7 @@ pub struct Calibration {
     /// exactly.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_mm: Option<f64>,
-    /// Lens distortion and perspective; `None` is a camera without either.
+    /// Lens distortion and perspective; a camera without either if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lens: Option<Lens>,
 }

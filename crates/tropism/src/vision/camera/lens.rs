@@ -29,6 +29,7 @@ use crate::vision::error::VisionError;
 ///
 /// [`Calibration`]: crate::vision::Calibration
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Lens {
     /// Distortion k of the division model, for radii in halves of the picture's diagonal: negative for barrel

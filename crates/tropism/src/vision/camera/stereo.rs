@@ -89,6 +89,7 @@ pub const MAX_RAY_GAP_CM: f64 = 0.3;
 
 /// Side of the plant on which the second camera stands, as the front camera sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
     /// Left: what is nearer to the front camera lies further to the right in its picture.
