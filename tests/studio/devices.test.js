@@ -49,7 +49,12 @@ free_mb = 0
 [camera]
 driver = "command"
 command = ["cat", ${JSON.stringify(path.join(cwd, "tent/photographs/000001.jpg"))}]
-${strip("left", 0)}${strip("right", 1)}[calibration]
+${strip("left", 0)}${strip("right", 1)}[vision.crop]
+x = 8
+y = 20
+width = 631
+height = 379
+[calibration]
 ${calibration}`,
   );
 }
@@ -99,7 +104,7 @@ test("lamps of a controller go on and off, and belong to a run while it goes on"
   await until(() => lit().length === 0, "the watchdog switches it off");
 
   const again = await studio(t, cwd);
-  const run = start(t, cwd, "run", "--rig", "rig.toml", "--controller", "periodic", "--out", "bean");
+  const going = start(t, cwd, "run", "--rig", "rig.toml", "--controller", "periodic", "--out", "bean");
   await until(() => lit().length === 1, "the run lights its lamp");
   const other = await page(t, `${again.address}devices?rig=rig.toml`);
   await other.click("#take");
@@ -111,8 +116,9 @@ test("lamps of a controller go on and off, and belong to a run while it goes on"
   await about.fill("#note-text", "pot moved by 1 cm");
   await about.press("#note-text", "Enter");
   await until(async () => /pot moved by 1 cm/.test(await text(about, "#events")), "the note is among the events");
-  run.kill("SIGTERM");
-  await until(() => lit().length === 0, "the run has ended");
+  going.kill("SIGTERM");
+  await until(() => going.exitCode !== null, "the run has ended");
+  assert.deepEqual(lit(), []);
   execFileSync(PROGRAM, ["note", "bean", "watered", "--step", "0"], { cwd });
   await until(async () => /watered/.test(await text(about, "#events")), "a note on a run that is not at work");
 });

@@ -431,6 +431,39 @@ timeLine.addEventListener("click", (event) => {
   if (steps.length > 1) show(pointedAt(event));
 });
 
+/** How far from the path a pointer or a finger may be, in pixels. */
+const NEAR_PX = 30;
+/** The place of the step whose tip is nearest on the path. @param {PointerEvent | MouseEvent} event */
+function nearestOnPath(event) {
+  const drawn = $("#path svg");
+  if (!drawn || !onPath) return null;
+  const { left, top } = drawn.getBoundingClientRect();
+  const [X, Y] = onPath;
+  /** @type {number | null} */
+  let nearest = null;
+  let least = NEAR_PX;
+  steps.forEach((one, place) => {
+    if (one.x === null) return;
+    const apart = Math.hypot(X(one.x) - event.clientX + left, Y(one.y) - event.clientY + top);
+    if (apart < least) [nearest, least] = [place, apart];
+  });
+  return nearest;
+}
+$("#path").addEventListener("pointermove", (event) => {
+  const at = nearestOnPath(event);
+  if (at === pointed) return;
+  pointed = at;
+  cursor();
+});
+$("#path").addEventListener("pointerleave", () => {
+  pointed = null;
+  cursor();
+});
+$("#path").addEventListener("click", (event) => {
+  const at = nearestOnPath(event);
+  if (at !== null) show(at);
+});
+
 const numbers = $("#series-table").closest("details");
 numbers.addEventListener("toggle", () => seriesTable());
 function seriesTable() {

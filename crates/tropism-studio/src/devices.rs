@@ -78,7 +78,9 @@ impl Devices {
             let mut session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
             let is_open = session.as_ref().is_some_and(|open| open.rig == at && !open.thread.is_finished());
             if !is_open {
-                session.take().map(end);
+                if let Some(other) = session.take() {
+                    end(other);
+                }
                 let (path, rig) = rig(studio, at)?;
                 refuse_of_run(studio, &rig)?;
                 *session = Some(begin(at, path, rig, studio.program.clone())?);
@@ -112,7 +114,9 @@ impl Devices {
     /// Puts all light off that was lit by hand, and gives the rig back.
     pub(crate) fn close(&self) {
         let session = self.session.lock().unwrap_or_else(PoisonError::into_inner).take();
-        session.map(end);
+        if let Some(session) = session {
+            end(session);
+        }
     }
 
     /// The photograph `number`, as long as it is the latest one.
@@ -333,7 +337,10 @@ fn dark(studio: &Studio, at: &str) -> Result<Value, Refusal> {
     if let Some(state) = studio.devices.ask(studio, at, Ask::Dark, PATIENCE)? {
         return Ok(state);
     }
-    let (rig, _) = rig(studio, at)?;
+    let (rig, file) = rig(studio, at)?;
+    if file.is_virtual() {
+        return Ok(nothing_lit());
+    }
     let devices = SafeStatePlan { rig, dark: true }.execute(&Silent)?.devices;
     match devices.into_iter().find(|device| !device.is_off) {
         None => Ok(nothing_lit()),

@@ -14,6 +14,7 @@ use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::{ControllerSpec, Silent, Workflow, files, holder};
 use tropism_page::Drawing;
 
+use super::runs::start_run;
 use super::{Answer, At, Shared, parsed, read, work_hard_on, work_on};
 use crate::error::Refusal;
 use crate::found::{Kind, resolve, resolve_work, search_of};
