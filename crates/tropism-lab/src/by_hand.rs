@@ -355,7 +355,7 @@ impl Workflow for PhotoPlan {
     }
 
     fn perform(&self, _monitor: &dyn Monitor) -> Result<PhotoResults, Error> {
-        files::check_outputs(&[self.out.clone()], &[self.rig.clone()])?;
+        files::check_outputs(std::slice::from_ref(&self.out), std::slice::from_ref(&self.rig))?;
         let rig = read_rig(&self.rig)?;
         let is_virtual = rig.is_virtual();
         let mut rig = RigByHand::open(rig, &self.rig, self.watchdog.as_deref())?;

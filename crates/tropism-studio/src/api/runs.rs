@@ -21,6 +21,7 @@ use crate::error::Refusal;
 use crate::found::{Kind, resolve, resolve_kind};
 use crate::gate::form_encoded;
 use crate::items::name_of;
+use crate::tail::SHOWN_DIGITS;
 use crate::{Studio, assets, draw, run, stream, zip};
 
 pub(super) async fn run_about(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
