@@ -223,7 +223,7 @@ impl Sources {
             && let notes = run.notes()?
             && !notes.is_empty()
         {
-            all.add_over_time(&[run.track.clone()], &notes, plants);
+            all.add_over_time(std::slice::from_ref(&run.track), &notes, plants);
         }
         all.add_stems(&self.open_loop)?;
         all.add_tracks(&self.tracks, plants);
