@@ -36,7 +36,7 @@ pub(crate) fn compare(studio: &Studio, at: &[String]) -> Result<Value, Refusal> 
     let mut figures: Vec<Value> = Vec::new();
     for (number, title) in &titles {
         let own = |name: &&String| {
-            let (base, ending) = name.rsplit_once('.').unwrap_or((name, ""));
+            let (base, ending) = name.rsplit_once('.').unwrap_or((name.as_str(), ""));
             let rest = base.strip_prefix("figure-").and_then(|base| base.strip_prefix(number.as_str()));
             // Pictures of one figure are numbered.
             let is_part = |rest: &str| rest.strip_prefix('-').is_some_and(|part| part.parse::<u32>().is_ok());

@@ -214,9 +214,11 @@ fn act(rig: &mut RigByHand, ask: Ask, lit: &mut Option<Lit>) -> Result<Option<Ta
             Ok(None)
         }
         Ask::Dark => {
+            // All are switched, also where one does not obey.
+            let (flash, lamps) = (rig.flash(false), rig.light(None));
+            flash.and(lamps).map_err(in_words)?;
             *lit = None;
-            let done = [rig.flash(false), rig.light(None)];
-            done.into_iter().collect::<Result<Vec<()>, _>>().map_err(in_words).map(|_| None)
+            Ok(None)
         }
         Ask::Photo { has_flash } => rig.photograph(has_flash).map(Some).map_err(in_words),
         Ask::State | Ask::Close => Ok(None),
