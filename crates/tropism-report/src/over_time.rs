@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn the_figure_over_time_is_golden() {
-        let figure = over_time(&[leaning()], &[5.0], Plants::Virtual);
+        let figure = over_time(&[leaning()], &[], Plants::Virtual);
         testing::golden(&figure);
         let Body::Svg(svg) = &figure.body else { panic!() };
         assert_eq!(svg.matches("<svg").count(), 1 + QUANTITIES.len());
