@@ -7,7 +7,7 @@ import os from "node:os";
 import path from "node:path";
 import { chromium, firefox } from "playwright-core";
 
-const PROGRAM = path.resolve(process.env.TROPISM ?? "../../target/debug/tropism");
+export const PROGRAM = path.resolve(process.env.TROPISM ?? "../../target/debug/tropism");
 const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
 const FIREFOX = process.env.FIREFOX ?? "";
 

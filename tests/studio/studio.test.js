@@ -209,6 +209,8 @@ test("every page is accessible and fits, on phone and desk, light and dark", asy
     "compare?at=transfer",
     "work?at=transfer",
     "work?at=rule.json",
+    "begin",
+    "devices",
     "login",
   ];
   for (const [size, device] of Object.entries({ phone: PHONE, desk: DESK })) {

@@ -114,6 +114,11 @@ test("one time for curves, path and photograph", async (t) => {
   await until(async () => (await text(opened, "#frame")) === "000010.jpg", "its photograph");
   await opened.mouse.move(0, 0);
   assert.match(await text(opened, "#read"), /^0\.8 h/);
+  // The path answers, too.
+  await opened.locator("#path").scrollIntoViewIfNeeded();
+  const start = await opened.locator("#path .start").boundingBox();
+  await opened.mouse.click(start.x + start.width / 2, start.y + start.height / 2);
+  await until(async () => /^00000[0-3]\.jpg$/.test(await text(opened, "#frame")), "the photograph of the first tips");
   // The height of the next target is part of the curve of y.
   assert.equal(await opened.locator("#series svg").nth(1).locator(".dotted").count(), 1);
 });

@@ -2,13 +2,16 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 30] = [
+const COMMANDS: [&str; 33] = [
     "study",
     "check",
     "run",
     "status",
     "stop",
     "safe-state",
+    "lamp",
+    "photo",
+    "note",
     "export",
     "calibrate-camera",
     "track",

@@ -14,7 +14,7 @@ use tropism_report::{
 
 use crate::Error;
 use crate::evolve::EvolutionHistory;
-use crate::finished_run::FinishedRun;
+use crate::finished_run::{FinishedRun, RunNote};
 
 /// Most plants in space of one kind that a report shows: each is drawn from three sides. Chosen: as many as the paper's plants.
 const MAX_IN_SPACE: usize = 6;
@@ -67,7 +67,9 @@ impl Figures {
             self.leave_out("2", "the runs kept no photographs");
         }
         let tracks: Vec<Track> = runs.iter().map(|run| run.track.clone()).collect();
-        self.add_tips(&tracks, plants);
+        // Notes of several plants would be lines of no plant in particular.
+        let notes = if let [run] = runs { run.notes()? } else { Vec::new() };
+        self.add_tips(&tracks, &notes, plants);
         self.add_in_space(runs.iter().map(|run| {
             let title = format!("Plant {} in space", short_name(&run.path));
             report::in_space("space", &title, &run.track, &surroundings(run), plants)
@@ -91,7 +93,7 @@ impl Figures {
         if tracks.is_empty() {
             return;
         }
-        self.add_tips(tracks, plants);
+        self.add_tips(tracks, &[], plants);
         self.add_in_space((1..).zip(tracks).map(|(number, track)| {
             let title = format!("Track {number} in space");
             report::in_space("space", &title, track, &Surroundings::default(), plants)
@@ -104,7 +106,7 @@ impl Figures {
     }
 
     /// Figures 3 to 5: speed, trajectories, directions and shifts of the tips; and the tracks over time.
-    fn add_tips(&mut self, tracks: &[Track], plants: Plants) {
+    fn add_tips(&mut self, tracks: &[Track], notes: &[RunNote], plants: Plants) {
         let is_lit = tracks.iter().any(|track| track.shifts().next().is_some());
         if is_lit {
             self.drawn.push(report::speed(tracks, plants));
@@ -116,7 +118,13 @@ impl Figures {
         } else {
             self.leave_out("3, 4b, 5", "no lamp is lit between two measured tips of these tracks");
         }
-        self.drawn.push(report::over_time(tracks, plants));
+        self.add_over_time(tracks, notes, plants);
+    }
+
+    /// Tracks over time, with marks at notes.
+    pub(crate) fn add_over_time(&mut self, tracks: &[Track], notes: &[RunNote], plants: Plants) {
+        let hours: Vec<f64> = notes.iter().map(|note| note.hours).collect();
+        self.drawn.push(report::over_time(tracks, &hours, plants));
     }
 
     /// Figures 6a and 6b: fitness over the generations of all runs, and of their median.
@@ -224,6 +232,23 @@ fn stems_of_track(track: &Track) -> Vec<LitStem> {
 }
 
 /// The fitness of steered runs, and the distance of their tips to each target.
+/// The notes of runs; `None` if there are none.
+pub(crate) fn notes_table<'a>(runs: impl Iterator<Item = &'a FinishedRun>) -> Result<Option<Table>, Error> {
+    let mut rows = Vec::new();
+    for run in runs {
+        rows.extend(run.notes()?.into_iter().map(|note| {
+            vec![note.text, short_name(&run.path), note.step.to_string(), format!("{:.1}", note.hours)]
+        }));
+    }
+    let table = Table {
+        title: "Notes".to_owned(),
+        caption: "What people wrote down of the runs.".to_owned(),
+        head: ["Note", "Run", "Step", "Hour"].map(str::to_owned).to_vec(),
+        rows,
+    };
+    Ok(Some(table).filter(|table| !table.rows.is_empty()))
+}
+
 pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
     let unit = |run: &FinishedRun| run.config.task.kind.unit();
     let has_one_unit = runs.windows(2).all(|pair| unit(&pair[0]) == unit(&pair[1]));

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use tropism::geometry::{Pixel, Region, STEM_POINTS};
 use tropism::lamps::Light;
 use tropism::photo::Image;
+use tropism::rig::{Event, EventKind};
 use tropism::track::Track;
 use tropism_report::{Composite, LitStem, Plants};
 
@@ -38,6 +39,14 @@ pub(crate) fn make_small(path: &Path, has_figures: bool) -> Result<(), Error> {
         }
     }
     Ok(files::remove(&path.join("truth.jsonl"))?)
+}
+
+/// A note of a run.
+pub(crate) struct RunNote {
+    pub(crate) step: u32,
+    /// Since the start of the run.
+    pub(crate) hours: f64,
+    pub(crate) text: String,
 }
 
 /// A finished run.
@@ -83,6 +92,22 @@ impl FinishedRun {
     /// Fitness of the run for its own task, in cm.
     pub(crate) fn fitness(&self) -> f64 {
         self.config.task.fitness(&self.track)
+    }
+
+    /// What people wrote down of it.
+    pub(crate) fn notes(&self) -> Result<Vec<RunNote>, Error> {
+        let path = self.path.join("journal.sqlite");
+        if !path.exists() {
+            return Ok(Vec::new());
+        }
+        let events = Journal::open_to_read(&path).and_then(|journal| journal.events());
+        let events = events.map_err(Error::at(path.display()))?;
+        let hours = |event: &Event| match event.at {
+            Some(at) => at.since_start.as_secs_f64() / 3600.0,
+            None => f64::from(event.step) * self.config.rig.period_min / 60.0,
+        };
+        let notes = events.into_iter().filter(|event| event.kind == EventKind::Note);
+        Ok(notes.map(|event| RunNote { step: event.step, hours: hours(&event), text: event.text }).collect())
     }
 
     /// Photographs at equal distances over the run, each with its step. A damaged photograph is left out.

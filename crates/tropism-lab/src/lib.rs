@@ -9,6 +9,8 @@
 //! | [`RunPlan`] | an experiment in a real or virtual tent, in a run folder |
 //! | [`StatusPlan`](status::StatusPlan), [`StopPlan`](stop::StopPlan), [`SafeStatePlan`](safe_state::SafeStatePlan) | a run looked after: how it goes, its end, its light off |
 //! | [`ExportPlan`](export::ExportPlan), [`TimelapsePlan`](timelapse::TimelapsePlan) | a run for others: an archive, a film |
+//! | [`NotePlan`](note::NotePlan) | what a person writes down of a run |
+//! | [`LampPlan`](by_hand::LampPlan), [`PhotoPlan`](by_hand::PhotoPlan) | devices by hand: a lamp for a time, a photograph now |
 //! | [`CheckPlan`](check::CheckPlan) | what is wrong with a rig before a plant depends on it |
 //! | [`CalibrateCameraPlan`](calibrate_camera::CalibrateCameraPlan) | the calibration of a camera |
 //! | [`TrackPlan`](track::TrackPlan), [`DepthPlan`](depth::DepthPlan) | tracks of photographs, in the plane and in space |
@@ -35,6 +37,7 @@ mod checkpoint;
 mod journal;
 mod lock;
 mod folder;
+mod notes;
 mod recorder;
 mod error;
 pub mod monitor;
@@ -49,6 +52,8 @@ pub mod run;
 pub mod task;
 pub mod stop;
 pub mod safe_state;
+pub mod note;
+pub mod by_hand;
 pub mod export;
 pub mod timelapse;
 pub mod check;

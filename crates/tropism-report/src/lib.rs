@@ -188,8 +188,9 @@ pub fn files(figures: &[Figure]) -> Vec<(String, Vec<u8>)> {
         .concat()
 }
 
-/// A name for each figure: its number, and for the second of one number `8-b` and so on.
-fn names(figures: &[Figure]) -> Vec<String> {
+/// A name for each figure, as in the names of its files: its number, and for the second of one number `8-b` and so on.
+#[must_use]
+pub fn names(figures: &[Figure]) -> Vec<String> {
     let mut seen: BTreeMap<&str, u8> = BTreeMap::new();
     let name = |figure: &Figure, copy: u8| match copy {
         0 => figure.number.to_owned(),
@@ -254,7 +255,7 @@ mod tests {
             fitness_run(0, best, best, "cm", Plants::ModelOfReal),
             steering("8", "Reality", first, &goals, (-3.25, Some(15.0)), Plants::Real),
             steering("8", "Reality", first, &Goals::default(), (0.0, None), Plants::Real),
-            over_time(tracks, Plants::Real),
+            over_time(tracks, &[], Plants::Real),
         ];
         figures.extend(shift_maps(tracks, Plants::Real));
         figures

@@ -125,9 +125,10 @@ fn slope(points: &[(f64, f64)]) -> f64 {
 
 /// Place of the tip, angle, length and growth rate over hours, a panel each, and each track in its own colour.
 ///
-/// Where no track has a column `length_cm`, as `tropism track` writes it, there are no panels of length and growth.
+/// Where no track has a column `length_cm`, as `tropism track` writes it, there are no panels of length and growth. At the
+/// hours of `notes` stand dotted lines.
 #[must_use]
-pub fn over_time(tracks: &[Track], plants: Plants) -> Figure {
+pub fn over_time(tracks: &[Track], notes: &[f64], plants: Plants) -> Figure {
     let curves: Vec<Curves> = tracks.iter().map(Curves::of).collect();
     let drawn: Vec<&Quantity> = QUANTITIES
         .iter()
@@ -149,6 +150,12 @@ pub fn over_time(tracks: &[Track], plants: Plants) -> Figure {
         if let Some(track) = only.filter(|_| index == 0) {
             draw_lights(&mut plot, track);
         }
+        for &hours in notes {
+            let mut mark = plot::Path::default();
+            let x = plot.place(hours, 0.0).0;
+            mark.line(&[(x, plot.top_edge()), (x, plot.bottom_edge())]);
+            plot.path("dotted", &mark);
+        }
         for (number, curves) in curves.iter().enumerate() {
             let points = curves.hours.iter().copied().zip((quantity.of)(curves).iter().copied());
             draw_measured(&mut plot, &format!("e{}", number % 6), &points.collect::<Vec<_>>());
@@ -163,7 +170,8 @@ pub fn over_time(tracks: &[Track], plants: Plants) -> Figure {
     Figure {
         number: "time",
         title: "Over time".to_owned(),
-        caption: caption(&curves, drawn.len(), only.is_some(), plants),
+        caption: caption(&curves, drawn.len(), only.is_some(), plants)
+            + if notes.is_empty() { "" } else { " Dotted lines are notes." },
         data: csv(&curves),
         body: Body::Svg(format!(
             "<svg class=\"figure\" viewBox=\"0 0 {width:.1} {height:.1}\">{panels}</svg>"
@@ -293,7 +301,7 @@ mod tests {
             "{:?}",
             &curves.growth[50..60]
         );
-        let data = over_time(&[leaning()], Plants::Real).data;
+        let data = over_time(&[leaning()], &[], Plants::Real).data;
         assert!(
             data.starts_with("plant,time_h,tip_x_cm,tip_y_cm,angle_deg,length_cm,growth_mm_h\n1,0.0000,,,,,"),
             "{data}"
@@ -302,7 +310,7 @@ mod tests {
 
     #[test]
     fn the_figure_over_time_is_golden() {
-        let figure = over_time(&[leaning()], Plants::Virtual);
+        let figure = over_time(&[leaning()], &[], Plants::Virtual);
         testing::golden(&figure);
         let Body::Svg(svg) = &figure.body else { panic!() };
         assert_eq!(svg.matches("<svg").count(), 1 + QUANTITIES.len());
@@ -310,7 +318,7 @@ mod tests {
 
     #[test]
     fn without_stems_length_and_growth_are_left_out_with_a_word() {
-        let figure = over_time(&testing::swings(2, 60), Plants::Real);
+        let figure = over_time(&testing::swings(2, 60), &[], Plants::Real);
         let Body::Svg(svg) = &figure.body else { panic!() };
         assert_eq!(svg.matches("<svg").count(), 1 + 3);
         assert!(figure.caption.contains("no stem is detected"), "{}", figure.caption);

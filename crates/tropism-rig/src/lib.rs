@@ -102,6 +102,7 @@ pub mod shutdown;
 #[cfg(test)]
 mod testing;
 
+pub use device::DeviceLock;
 use tropism::rig::RigError;
 use tropism::text::plain;
 

@@ -1,6 +1,6 @@
 // Compare: the report of the library on one axis, with its tests and its figures as files.
 // @ts-check
-import { $, asked, banner, command, get, html, icon, listen, num, put, refuse, session, virtual } from "./studio.js";
+import { $, $$, asked, banner, command, get, html, icon, listen, num, put, refuse, session, virtual } from "./studio.js";
 
 /** @type {Set<string>} */
 const chosen = new Set((asked.get("at") ?? "").split("\n").filter(Boolean));
@@ -37,6 +37,15 @@ $("#items").addEventListener("change", (event) => {
 });
 $("#find").oninput = list;
 
+/** A drawing in the colours of this page: its file brings its own, and a white ground. @param {string} address */
+async function drawing(address) {
+  const text = await (await fetch(address)).text();
+  const svg = new DOMParser().parseFromString(text, "image/svg+xml").documentElement;
+  for (const own of svg.querySelectorAll("style, svg > style + rect")) own.remove();
+  svg.querySelector(":scope > rect[fill='#fff']")?.remove();
+  return document.importNode(svg, true);
+}
+
 async function compare() {
   const at = [...chosen].join("\n");
   $("#go").disabled = true;
@@ -45,21 +54,26 @@ async function compare() {
     const found = await get("api/compare", { at });
     put($("#banner"), "");
     const file = (name) => `api/compare/file?${new URLSearchParams({ at, name })}`;
-    const figure = (name) => {
+    const figure = ({ name, title }) => {
       const has = (ending) => found.files.includes(`${name}.${ending}`);
-      const shown = has("svg") ? "svg" : "jpg";
       const save = (ending, text, kind) =>
         has(ending)
           ? html`<a class="btn ${kind}" href="${file(`${name}.${ending}`)}" download="${name}.${ending}">${text}</a>`
           : "";
       return html`<section class="sheet">
-        <div class="picture"><img src="${file(`${name}.${shown}`)}" alt="${name.replaceAll("-", " ")}" /></div>
+        <header><h2>${title}</h2></header>
+        ${
+          has("svg")
+            ? html`<div class="shown-figure" data-svg="${file(`${name}.svg`)}" role="img" aria-label="${title}"></div>`
+            : html`<div class="picture"><img src="${file(`${name}.jpg`)}" alt="${title}" /></div>`
+        }
         <div class="row">
           ${save("svg", "Save figure (SVG)", "primary")}${save("png", "PNG", "")}${save("csv", "Numbers (CSV)", "")}${save("jpg", "JPEG", "")}
         </div>
       </section>`;
     };
     put($("#figures"), found.figures.map(figure));
+    for (const place of $$("#figures [data-svg]")) place.replaceChildren(await drawing(place.dataset.svg));
     const pairs = found.comparisons.flatMap((comparison) =>
       comparison.pairs.map((pair) => ({ ...pair, title: comparison.title, unit: comparison.unit })),
     );

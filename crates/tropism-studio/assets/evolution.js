@@ -309,6 +309,8 @@ $("#extend").onclick = () => {
   $("#until").min = String(data.generations + 1);
   $("#until").value = String(2 * data.generations);
   $("#more").showModal();
+  $("#until").focus();
+  $("#until").select();
 };
 onYes($("#more"), async () => {
   await post("api/evolution/extend", { at, generations: Number($("#until").value) }).then(

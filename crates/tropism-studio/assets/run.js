@@ -9,6 +9,7 @@ import {
   chip,
   command,
   cutOff,
+  escaped,
   get,
   hold,
   html,
@@ -163,6 +164,7 @@ function photograph() {
   put($("#over"), trusted(overlay()));
   wantStem();
   $("#frame").textContent = one?.photo ?? "";
+  $("#note-about").textContent = latest || !one ? "now" : `step ${one.number}, ${when(one)}`;
   $("#where").textContent = latest
     ? "latest photograph"
     : `step ${one.number}, ${when(one)}${one.lamp ? `, then ${one.lamp} lamp` : ""}`;
@@ -304,6 +306,8 @@ function facts() {
 }
 
 // Curves.
+/** Hours of the step that was taken at the number, or last before it. @param {number} number */
+const hoursOf = (number) => steps.findLast((one) => one.number <= number)?.hours ?? 0;
 /** Space left and right of the curves, in pixels. */
 const [BEFORE, BEHIND] = [44, 12];
 const series = fit($("#series"), (width) => {
@@ -324,6 +328,11 @@ const series = fit($("#series"), (width) => {
     }
     return parts;
   };
+  const noted = events.filter((event) => event.kind === "note").map((event) => ({ ...event, hours: hoursOf(event.step) }));
+  const marks = (X, height) =>
+    noted
+      .map(({ hours, text }) => `<path class="noted" d="M${X(hours).toFixed(1)} 8V${height}"><title>${escaped(text)}</title></path>`)
+      .join("");
   const one = (values, yl, isLast, aims = []) => {
     const known = values.filter((value) => value !== null);
     let [low, high] = [Math.min(...known, ...aims), Math.max(...known, ...aims)];
@@ -343,7 +352,7 @@ const series = fit($("#series"), (width) => {
       label: `${yl} over ${num(until, 1)} hours, now ${known.length ? num(known.at(-1), 2) : "unknown"}`,
       body: (X, Y) => {
         const heights = aims.map((aim) => `<path class="dotted" d="M${X(0)} ${Y(aim).toFixed(1)}H${X(until)}"/>`);
-        return `${ribbon(X)}${heights.join("")}<path class="stroke bold" d="${line(hours, values, X, Y)}"/>`;
+        return `${ribbon(X)}${marks(X, isLast ? 102 : 104)}${heights.join("")}<path class="stroke bold" d="${line(hours, values, X, Y)}"/>`;
       },
     });
   };
@@ -393,7 +402,8 @@ function cursor() {
   const until = Math.max(1, steps.at(-1)?.hours ?? 0);
   line.style.left = `${BEFORE + ((width - BEFORE - BEHIND) * one.hours) / until}px`;
   const tip = one.x === null ? "no plant found" : `x ${num(one.x, 1)}, y ${num(one.y, 1)} cm`;
-  $("#read").textContent = `${num(one.hours, 1)} h: ${tip}${one.lamp ? `, ${one.lamp} lamp` : ""}`;
+  const noted = events.filter((event) => event.kind === "note" && event.step === one.number).map((event) => `. ${event.text}`);
+  $("#read").textContent = `${num(one.hours, 1)} h: ${tip}${one.lamp ? `, ${one.lamp} lamp` : ""}${noted.join("")}`;
   if (one.x === null || !onPath) return;
   const [X, Y] = onPath;
   $("#path svg")?.insertAdjacentHTML("beforeend", `<circle class="ring" id="on-path" cx="${X(one.x)}" cy="${Y(one.y)}" r="9"/>`);
@@ -419,6 +429,39 @@ timeLine.addEventListener("pointerleave", () => {
 });
 timeLine.addEventListener("click", (event) => {
   if (steps.length > 1) show(pointedAt(event));
+});
+
+/** How far from the path a pointer or a finger may be, in pixels. */
+const NEAR_PX = 30;
+/** The place of the step whose tip is nearest on the path. @param {PointerEvent | MouseEvent} event */
+function nearestOnPath(event) {
+  const drawn = $("#path svg");
+  if (!drawn || !onPath) return null;
+  const { left, top } = drawn.getBoundingClientRect();
+  const [X, Y] = onPath;
+  /** @type {number | null} */
+  let nearest = null;
+  let least = NEAR_PX;
+  steps.forEach((one, place) => {
+    if (one.x === null) return;
+    const apart = Math.hypot(X(one.x) - event.clientX + left, Y(one.y) - event.clientY + top);
+    if (apart < least) [nearest, least] = [place, apart];
+  });
+  return nearest;
+}
+$("#path").addEventListener("pointermove", (event) => {
+  const at = nearestOnPath(event);
+  if (at === pointed) return;
+  pointed = at;
+  cursor();
+});
+$("#path").addEventListener("pointerleave", () => {
+  pointed = null;
+  cursor();
+});
+$("#path").addEventListener("click", (event) => {
+  const at = nearestOnPath(event);
+  if (at !== null) show(at);
 });
 
 const numbers = $("#series-table").closest("details");
@@ -639,13 +682,13 @@ function health() {
     : [];
   for (const event of [...events].reverse()) {
     const same = listed.at(-1);
-    if (same && same.kind === event.kind) same.count++;
+    if (same && same.kind === event.kind && event.kind !== "note") same.count++;
     else listed.push({ ...event, count: 1 });
   }
   const item = (event) =>
     html`<li class="event">
-      ${icon(event.is_warning ? "warn" : event.kind === "recovered" || event.kind === "finished" ? "done" : "info")}
-      <span>${event.says}${event.count > 1 ? ` ${event.count} times in a row.` : ""}</span>
+      ${icon(event.kind === "note" ? "pen" : event.is_warning ? "warn" : event.kind === "recovered" || event.kind === "finished" ? "done" : "info")}
+      <span>${event.kind === "note" ? event.text : event.says}${event.count > 1 ? ` ${event.count} times in a row.` : ""}</span>
       <time>${event.unix ? `${moment(event.unix)}, ` : ""}step ${event.step}</time>
       ${event.todo ? html`<span class="todo"><b>${event.todo}</b></span>` : ""}
       ${event.text && event.todo ? html`<span class="todo">${event.text}</span>` : ""}
@@ -822,6 +865,18 @@ for (const button of $$(".safe")) {
     }
   };
 }
+$("#note").onsubmit = async (event) => {
+  event.preventDefault();
+  const field = $("#note-text");
+  const about = shown === null ? null : steps[shown].number;
+  try {
+    const { is_waiting: isWaiting } = await post("api/run/note", { at, text: field.value.trim(), step: about });
+    toast(isWaiting ? "The run writes it down within seconds." : "Noted.");
+    field.value = "";
+  } catch (error) {
+    say(error);
+  }
+};
 $("#ask-button").onclick = () => $("#ask").showModal();
 onYes($("#ask"), stop);
 $("#banner").onclick = async (event) => {

@@ -9,6 +9,7 @@ const PAGES = [
   ["./", "index", "Overview"],
   ["draw", "draw", "Draw"],
   ["begin", "begin", "Begin"],
+  ["devices", "devices", "Devices"],
   ["tune", "tune", "Tune vision"],
   ["compare", "compare", "Compare"],
 ];

@@ -34,6 +34,7 @@ const ASSETS: &[Asset] = assets! {
     "tune.html": HTML,
     "compare.html": HTML,
     "begin.html": HTML,
+    "devices.html": HTML,
     "login.html": HTML,
     "style.css": "text/css; charset=utf-8",
     "icon.svg": "image/svg+xml",
@@ -58,6 +59,7 @@ const ASSETS: &[Asset] = assets! {
     "tune.js": SCRIPT,
     "compare.js": SCRIPT,
     "begin.js": SCRIPT,
+    "devices.js": SCRIPT,
     "keep.js": SCRIPT,
     "login.js": SCRIPT,
 };

@@ -236,7 +236,7 @@ pub(crate) fn forms(studio: &Studio) -> Value {
 }
 
 /// Files in a folder and in those in it, without what is hidden and photographs of runs.
-fn files_below(root: &Path) -> Vec<String> {
+pub(crate) fn files_below(root: &Path) -> Vec<String> {
     let mut found = Vec::new();
     let mut folders = vec![String::new()];
     while let Some(at) = folders.pop() {

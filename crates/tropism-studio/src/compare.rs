@@ -31,11 +31,36 @@ pub(crate) fn compare(studio: &Studio, at: &[String]) -> Result<Value, Refusal> 
     let plan = ReportPlan { sources, out: folder.join("report.html"), figures: Some(folder.join("figures")) };
     let _ = std::fs::remove_dir_all(&folder);
     files::make_folder(&folder)?;
-    let ReportResults { comparisons, left_out, .. } = plan.execute(&Silent)?;
-    let mut names = names_in(&folder.join("figures"));
-    names.retain(|name| name.ends_with(".svg") || name.ends_with(".jpg"));
-    let base = |name: &String| name.rsplit_once('.').map_or(String::new(), |(base, _)| base.to_owned());
-    let figures: Vec<String> = names.iter().map(base).take(FIGURES).collect();
+    let ReportResults { comparisons, left_out, titles, .. } = plan.execute(&Silent)?;
+    let names = names_in(&folder.join("figures"));
+    let mut figures: Vec<Value> = Vec::new();
+    for (number, title) in &titles {
+        let own = |name: &&String| {
+            let (base, ending) = name.rsplit_once('.').unwrap_or((name.as_str(), ""));
+            let rest = base.strip_prefix("figure-").and_then(|base| base.strip_prefix(number.as_str()));
+            // Pictures of one figure are numbered.
+            let is_part = |rest: &str| rest.strip_prefix('-').is_some_and(|part| part.parse::<u32>().is_ok());
+            match ending {
+                "svg" => rest == Some(""),
+                "jpg" => rest.is_some_and(|rest| rest.is_empty() || is_part(rest)),
+                _ => false,
+            }
+        };
+        figures.extend(names.iter().filter(own).map(
+            |name| json!({ "name": name.rsplit_once('.').map_or(&**name, |(base, _)| base), "title": title }),
+        ));
+    }
+    // Those of the paper have numbers. What compares comes before what each has alone.
+    let is_alone = |figure: &Value| {
+        figure["name"].as_str().is_some_and(|name| {
+            name.strip_prefix("figure-")
+                .is_some_and(|number| number.starts_with(|digit: char| digit.is_ascii_digit()))
+        })
+    };
+    if !comparisons.is_empty() {
+        figures.sort_by_key(is_alone);
+    }
+    figures.truncate(FIGURES);
     let mut words: Vec<String> = vec!["report".to_owned()];
     words.extend(at.iter().map(|at| if at.is_empty() { ".".to_owned() } else { at.clone() }));
     words.extend(["--out", "compare.html", "--figures", "figures"].map(str::to_owned));

@@ -25,6 +25,7 @@ mod run;
 mod evolution;
 mod draw;
 mod begin;
+mod devices;
 mod housekeeping;
 mod zip;
 mod compare;
@@ -95,6 +96,7 @@ pub(crate) struct Studio {
     /// Name of the session's cookie: studios on several ports of one computer share cookies.
     cookie: String,
     queue: jobs::Queue,
+    devices: devices::Devices,
     /// For figures of comparisons.
     scratch: PathBuf,
     turns: Semaphore,
@@ -196,6 +198,7 @@ fn serve_folder(plan: &StudioPlan, folder: &Path, welcome: impl FnOnce(&Welcome)
     make_private_folder(&scratch)?;
     let studio = Arc::new(Studio {
         queue: jobs::Queue::open(&root, &plan.program)?,
+        devices: devices::Devices::default(),
         program: plan.program.clone(),
         hosts: plan.hosts.clone(),
         read_only: plan.read_only,
@@ -239,6 +242,7 @@ fn serve_folder(plan: &StudioPlan, folder: &Path, welcome: impl FnOnce(&Welcome)
             () = asked_to_end() => {}
         }
     });
+    studio.devices.close();
     // Pages that listen for ever do not hold it up.
     runtime.shutdown_timeout(Duration::from_millis(200));
     drop(demo);

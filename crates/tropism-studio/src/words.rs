@@ -45,6 +45,7 @@ pub(crate) fn of_event(kind: &str) -> (&'static str, Option<&'static str>) {
         "damaged" => {
             ("A file of the run was damaged.", Some("Copy the run folder elsewhere, then look at the disk."))
         }
+        "note" => ("Note", None),
         _ => ("Something happened.", None),
     }
 }

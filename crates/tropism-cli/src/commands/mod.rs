@@ -11,9 +11,12 @@ mod export;
 mod fit;
 mod forecast;
 mod grow;
+mod lamp;
 mod man;
 mod measure;
 mod node;
+mod note;
+mod photo;
 mod report;
 mod run;
 mod safe_state;
@@ -49,6 +52,9 @@ pub(crate) enum Command {
     Studio(studio::Studio),
     Stop(stop::Stop),
     SafeState(safe_state::SafeState),
+    Lamp(lamp::Lamp),
+    Photo(photo::Photo),
+    Note(note::Note),
     #[command(hide = true)]
     Watchdog(watchdog::Watchdog),
     Export(export::Export),
@@ -105,6 +111,9 @@ impl Command {
             Self::Studio(studio) => studio.execute(shell),
             Self::Stop(stop) => stop.execute(shell),
             Self::SafeState(safe_state) => safe_state.execute(shell),
+            Self::Lamp(lamp) => lamp.execute(shell),
+            Self::Photo(photo) => photo.execute(shell),
+            Self::Note(note) => note.execute(shell),
             Self::Watchdog(watchdog) => watchdog.execute(),
             Self::Export(export) => export.execute(shell),
             Self::CalibrateCamera(calibrate) => calibrate.execute(shell),

@@ -419,7 +419,7 @@ impl Journal {
             .optional()?)
     }
 
-    /// The latest moment of a step or an event; `None` in a virtual tent.
+    /// The latest moment of a step or an event of the run; `None` in a virtual tent. Notes are left also where nothing runs.
     ///
     /// # Errors
     /// [`JournalError::Sqlite`].
@@ -428,7 +428,7 @@ impl Journal {
             .db
             .query_row(
                 "SELECT begun_s, unix_s FROM steps WHERE begun_s IS NOT NULL
-                 UNION ALL SELECT since_start_s, unix_s FROM event WHERE since_start_s IS NOT NULL
+                 UNION ALL SELECT since_start_s, unix_s FROM event WHERE since_start_s IS NOT NULL AND kind <> 'note'
                  ORDER BY 1 DESC LIMIT 1",
                 [],
                 |row| Ok(moment(row.get(0)?, row.get(1)?)),

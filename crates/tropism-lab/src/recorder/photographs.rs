@@ -1,5 +1,7 @@
 //! The photograph of a step: waiting for it, missing it, taking it, keeping it.
 
+use std::time::Duration;
+
 use tropism::photo::Photo;
 use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, Moment};
 use tropism::vision::Frame;
@@ -7,6 +9,10 @@ use tropism::vision::Frame;
 use super::lamps::RETRY_AFTER;
 use super::{DISK_FULL, RecordError, Recorder};
 use crate::folder::PhotoFolder;
+use crate::notes;
+
+/// How soon a run in a real tent writes a note down; chosen: who left it waits to see it.
+const NOTES_PAUSE: Duration = Duration::from_secs(2);
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     /// Takes the photograph of the next step, and tells when it was begun. If the camera fails, an empty photograph stands
@@ -41,13 +47,15 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         }
     }
 
-    /// Waits until the next step is due. Lamps that failed are switched again meanwhile.
+    /// Waits until the next step is due. Lamps that failed are switched again meanwhile, and notes are written down.
     fn wait(&mut self) -> Result<(), RecordError> {
         let due = self.rig.due(self.rig.next_step());
         loop {
+            self.take_notes();
             let is_failing = self.command.is_some() && !self.is_confirmed;
-            let until = match self.rig.clock().now().filter(|_| is_failing) {
-                Some(now) => due.min(now.since_start + RETRY_AFTER),
+            let pause = if is_failing { RETRY_AFTER } else { NOTES_PAUSE };
+            let until = match self.rig.clock().now() {
+                Some(now) => due.min(now.since_start + pause),
                 None => due,
             };
             let monitor = &mut self.supervision.monitor;
@@ -60,8 +68,17 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
             if until == due {
                 return Ok(());
             }
-            // The failure itself was reported at its step.
-            self.act()?;
+            if is_failing {
+                // The failure itself was reported at its step.
+                self.act()?;
+            }
+        }
+    }
+
+    /// Writes down the notes that people left. A disk that is full keeps them where they are.
+    fn take_notes(&mut self) {
+        for event in notes::take(self.folder.path(), self.folder.journal()).unwrap_or_default() {
+            self.supervision.monitor.event(&event);
         }
     }
 

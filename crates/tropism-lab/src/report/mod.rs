@@ -14,7 +14,7 @@ use tropism_report::{self as report, LeftOut, Page, Plants, Table};
 use self::compare::Comparison;
 use crate::comparison::SamplePair;
 use crate::evolve::{EvolutionHistory, EvolutionRecord};
-use crate::figures::{Figures, fitness_table};
+use crate::figures::{Figures, fitness_table, notes_table};
 use crate::finished_run::FinishedRun;
 use crate::fit::is_of_virtual_plant;
 use crate::sweep::SweepPlan;
@@ -49,6 +49,9 @@ pub struct ReportResults {
     /// Figures for which there are no data.
     #[serde(default)]
     pub left_out: Vec<LeftOut>,
+    /// Name in its files and title of each figure, for those who show them.
+    #[serde(skip)]
+    pub titles: Vec<(String, String)>,
     /// What is compared with what.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub comparisons: Vec<ReportComparison>,
@@ -96,7 +99,9 @@ impl Workflow for ReportPlan {
             }
         }
         let figures = page.figures.iter().map(|figure| figure.number.to_owned()).collect();
-        Ok(ReportResults { report: self.out.clone(), figures, left_out: page.left_out, comparisons })
+        let titles = page.figures.iter().map(|figure| figure.title.clone());
+        let titles = report::names(&page.figures).into_iter().zip(titles).collect();
+        Ok(ReportResults { report: self.out.clone(), figures, titles, left_out: page.left_out, comparisons })
     }
 }
 
@@ -214,6 +219,12 @@ impl Sources {
         for run in &self.steered {
             all.add_steered_run(run, "");
         }
+        if let ([], [run]) = (&*self.open_loop, &*self.steered)
+            && let notes = run.notes()?
+            && !notes.is_empty()
+        {
+            all.add_over_time(std::slice::from_ref(&run.track), &notes, plants);
+        }
         all.add_stems(&self.open_loop)?;
         all.add_tracks(&self.tracks, plants);
         all.drawn.extend(self.comparisons.iter().flat_map(Comparison::figures));
@@ -240,6 +251,7 @@ impl Sources {
         if !steered.is_empty() {
             tables.push(fitness_table(steered));
         }
+        tables.extend(notes_table(open_loop.iter().chain(steered))?);
         let names: Vec<String> = paths.iter().map(|path| files::shell_word(path)).collect();
         let mut intro = format!(
             "{} open-loop and {} steered experiments{of_photographs}.",

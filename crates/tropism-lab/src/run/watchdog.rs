@@ -53,14 +53,17 @@ struct Launch {
     program: PathBuf,
     run: PathBuf,
     plan: String,
-    log: File,
+    /// What it does; without a file on stderr.
+    log: Option<File>,
 }
 
 impl Launch {
     fn start(&self) -> io::Result<Child> {
         let mut command = Command::new(as_it_was(&self.program));
         command.arg("watchdog").arg(&self.run);
-        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(self.log.try_clone()?);
+        let log =
+            self.log.as_ref().map_or_else(|| Ok(Stdio::inherit()), |log| log.try_clone().map(Into::into))?;
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(log);
         // A process group of its own: Ctrl-C and a closed terminal end the run, and not its watchdog.
         #[cfg(unix)]
         {
@@ -81,7 +84,7 @@ impl Launch {
 
 impl Watchdog {
     /// Starts `program watchdog RUN` for the run of this process in the folder `run`. What it does is written into
-    /// `watchdog.log` there.
+    /// `watchdog.log` there; on stderr where `run` is no folder, but the rig file of one who switches by hand.
     ///
     /// # Errors
     /// [`FileError::Disk`] if it cannot be started.
@@ -91,8 +94,8 @@ impl Watchdog {
         let plan =
             WatchdogPlan { process: std::process::id(), silence_s: silence(rig).as_secs(), rig: rig.clone() };
         let plan = toml::to_string(&plan).map_err(Error::at("plan of the watchdog"))? + "\0";
-        let log =
-            OpenOptions::new().create(true).append(true).open(run.join("watchdog.log")).map_err(disk)?;
+        let open = || OpenOptions::new().create(true).append(true).open(run.join("watchdog.log"));
+        let log = run.is_dir().then(open).transpose().map_err(disk)?;
         let launch = Launch { program: program.to_owned(), run: run.to_owned(), plan, log };
         let mut child = launch.start().map_err(disk)?;
         let (pipe, answers) = (child.stdin.take(), child.stdout.take());

@@ -61,11 +61,11 @@ impl Kind {
         }
     }
 
-    /// Whether a channel without `on` sends it. Events that pass by themselves are left out.
+    /// Whether a channel without `on` sends it. Events that pass by themselves are left out, and what people wrote.
     #[must_use]
     pub const fn is_default(self) -> bool {
-        use EventKind::{Camera, CarriedForward, Dark, Late};
-        !matches!(self, Self::Event(Late | Camera | Dark | CarriedForward) | Self::Step)
+        use EventKind::{Camera, CarriedForward, Dark, Late, Note};
+        !matches!(self, Self::Event(Late | Camera | Dark | CarriedForward | Note) | Self::Step)
     }
 
     /// Whether a person must act.

@@ -47,11 +47,13 @@ pub enum EventKind {
     Disk,
     /// A file of the run is damaged or missing.
     Damaged,
+    /// A person wrote down what was done to the plant or seen of it.
+    Note,
 }
 
 impl EventKind {
     /// Every kind.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Started,
         Self::Resumed,
         Self::Stopped,
@@ -71,6 +73,7 @@ impl EventKind {
         Self::Computer,
         Self::Disk,
         Self::Damaged,
+        Self::Note,
     ];
 
     /// The word used in files.
@@ -96,6 +99,7 @@ impl EventKind {
             Self::Computer => "computer",
             Self::Disk => "disk",
             Self::Damaged => "damaged",
+            Self::Note => "note",
         }
     }
 

@@ -1,0 +1,354 @@
+//! Devices by hand: one rig at a time is open, in a thread of its own, for as long as a page uses it.
+//!
+//! The thread keeps the time of a lamp and the watchdog alive, and gives the rig back when nothing is lit and nobody has asked
+//! for a while.
+
+use std::path::PathBuf;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::{Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tropism::vision::VisionConfig;
+use tropism_bean::tent::Greenhouse;
+use tropism_lab::by_hand::{FLASH, MAX_LIT_S, RigByHand, Taken};
+use tropism_lab::run::read_rig;
+use tropism_lab::safe_state::SafeStatePlan;
+use tropism_lab::{RunConfig, Silent, Workflow, files, holder};
+use tropism_rig::file::RigFile;
+
+use crate::Studio;
+use crate::begin::files_below;
+use crate::error::Refusal;
+use crate::found::{Finder, Kind, resolve};
+
+/// The word for the virtual tent where a rig file is named.
+const TENT: &str = "greenhouse";
+
+/// Pause between two looks at the time.
+const TICK: Duration = Duration::from_millis(200);
+
+/// How long a rig in which nothing is lit stays open; chosen: a run that begins waits no longer.
+const IDLE: Duration = Duration::from_secs(15);
+
+/// How long *off* waits for a camera that hangs, before the lamps are switched off without it; chosen.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// What is asked of the open rig.
+enum Ask {
+    /// A lamp, or the flash, for a time.
+    Light {
+        lamp: String,
+        time: Duration,
+    },
+    Dark,
+    Photo {
+        has_flash: bool,
+    },
+    State,
+    Close,
+}
+
+/// What the rig answers: its state, and a photograph.
+type Answer = Result<(Value, Option<Vec<u8>>), String>;
+
+/// The open rig.
+struct Session {
+    rig: String,
+    ask: Sender<(Ask, Sender<Answer>)>,
+    thread: JoinHandle<()>,
+}
+
+/// Devices that pages switch by hand.
+#[derive(Default)]
+pub(crate) struct Devices {
+    session: Mutex<Option<Session>>,
+    /// The latest photograph, and its number.
+    latest: Mutex<(u64, Vec<u8>)>,
+}
+
+impl Devices {
+    /// Asks the rig `at`, which is opened if it is not open; the one that was open before is closed. `None` if it does not
+    /// answer in time.
+    fn ask(&self, studio: &Studio, at: &str, ask: Ask, patience: Duration) -> Result<Option<Value>, Refusal> {
+        let (answer, heard) = mpsc::channel();
+        {
+            let mut session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
+            let is_open = session.as_ref().is_some_and(|open| open.rig == at && !open.thread.is_finished());
+            if !is_open {
+                if let Some(other) = session.take() {
+                    end(other);
+                }
+                let (path, rig) = rig(studio, at)?;
+                refuse_of_run(studio, &rig)?;
+                *session = Some(begin(at, path, rig, studio.program.clone())?);
+            }
+            let sent = session.as_ref().map(|open| open.ask.send((ask, answer)));
+            if !matches!(sent, Some(Ok(()))) {
+                return Err(Refusal::bad("the rig was given back just now; try again"));
+            }
+        }
+        match heard.recv_timeout(patience) {
+            Ok(Ok((mut state, photo))) => {
+                if let Some(photo) = photo {
+                    let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+                    *latest = (latest.0 + 1, photo);
+                    state["photo"]["number"] = latest.0.into();
+                }
+                Ok(Some(state))
+            }
+            Ok(Err(problem)) => Err(Refusal::bad(crate::words::clean(&problem))),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(Refusal::bad("the rig was given back; try again")),
+        }
+    }
+
+    /// Whether `at` is open.
+    fn has(&self, at: &str) -> bool {
+        let session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
+        session.as_ref().is_some_and(|open| open.rig == at && !open.thread.is_finished())
+    }
+
+    /// Puts all light off that was lit by hand, and gives the rig back.
+    pub(crate) fn close(&self) {
+        let session = self.session.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(session) = session {
+            end(session);
+        }
+    }
+
+    /// The photograph `number`, as long as it is the latest one.
+    pub(crate) fn photograph(&self, number: u64) -> Result<Vec<u8>, Refusal> {
+        let latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        if latest.0 == number && number > 0 {
+            return Ok(latest.1.clone());
+        }
+        Err(Refusal::missing("there is a newer photograph by now"))
+    }
+}
+
+fn end(session: Session) {
+    let _ = session.ask.send((Ask::Close, mpsc::channel().0));
+    // Its light is off when it has ended.
+    let _ = session.thread.join();
+}
+
+fn begin(at: &str, path: PathBuf, rig: RigFile, program: PathBuf) -> Result<Session, Refusal> {
+    let (ask, asks) = mpsc::channel();
+    let (opened, is_open) = mpsc::channel();
+    // Devices stay in the thread that has opened them.
+    let thread = thread::spawn(move || match RigByHand::open(rig, &path, Some(&program)) {
+        Ok(rig) => {
+            let _ = opened.send(Ok(()));
+            serve(rig, &asks);
+        }
+        Err(error) => {
+            let _ = opened.send(Err(error.with_causes()));
+        }
+    });
+    match is_open.recv() {
+        Ok(Ok(())) => Ok(Session { rig: at.to_owned(), ask, thread }),
+        Ok(Err(problem)) => Err(Refusal::bad(crate::words::clean(&problem))),
+        Err(_) => Err(Refusal::bad("the rig could not be opened")),
+    }
+}
+
+/// What is lit, and until when.
+struct Lit {
+    name: String,
+    until: Instant,
+}
+
+fn serve(mut rig: RigByHand, asks: &Receiver<(Ask, Sender<Answer>)>) {
+    let mut lit: Option<Lit> = None;
+    let mut used = Instant::now();
+    let mut problem = None;
+    loop {
+        let asked = match asks.recv_timeout(TICK) {
+            Ok((Ask::Close, _)) | Err(RecvTimeoutError::Disconnected) => return,
+            Ok(asked) => Some(asked),
+            Err(RecvTimeoutError::Timeout) => None,
+        };
+        rig.beat();
+        if lit.as_ref().is_some_and(|lit| lit.until <= Instant::now()) {
+            // A lamp that does not obey is tried again at the next look.
+            problem = off(&mut rig, &mut lit).err();
+        }
+        let Some((ask, answer)) = asked else {
+            if lit.is_none() && used.elapsed() > IDLE {
+                return;
+            }
+            continue;
+        };
+        used = Instant::now();
+        let answered = act(&mut rig, ask, &mut lit).map(|photo| {
+            let bytes = photo.as_ref().map(|taken| taken.photo.bytes.clone());
+            let left =
+                lit.as_ref().map(|lit| lit.until.saturating_duration_since(Instant::now()).as_secs_f64());
+            let mut state = json!({
+                "lit": lit.as_ref().map(|lit| &lit.name), "left_s": left, "problem": problem.take(),
+            });
+            if let Some(taken) = photo {
+                state["photo"] = json!({ "seen": taken.seen });
+            }
+            (state, bytes)
+        });
+        let _ = answer.send(answered);
+    }
+}
+
+fn act(rig: &mut RigByHand, ask: Ask, lit: &mut Option<Lit>) -> Result<Option<Taken>, String> {
+    let in_words = |error: tropism_lab::Error| error.with_causes();
+    match ask {
+        Ask::Light { lamp, time } => {
+            off(rig, lit)?;
+            let light = rig.layout().parse(&lamp).ok().flatten();
+            match light {
+                Some(light) => rig.light(Some(light)).map_err(in_words)?,
+                None if lamp == FLASH && rig.has_flash() => rig.flash(true).map_err(in_words)?,
+                None => return Err(format!("found no lamp {lamp:?} in this rig")),
+            }
+            *lit = Some(Lit { name: lamp, until: Instant::now() + time });
+            Ok(None)
+        }
+        Ask::Dark => {
+            // All are switched, also where one does not obey.
+            let (flash, lamps) = (rig.flash(false), rig.light(None));
+            flash.and(lamps).map_err(in_words)?;
+            *lit = None;
+            Ok(None)
+        }
+        Ask::Photo { has_flash } => rig.photograph(has_flash).map(Some).map_err(in_words),
+        Ask::State | Ask::Close => Ok(None),
+    }
+}
+
+/// Switches off what is lit, which is forgotten when it has obeyed.
+fn off(rig: &mut RigByHand, lit: &mut Option<Lit>) -> Result<(), String> {
+    let done = match lit {
+        None => return Ok(()),
+        Some(lit) if lit.name == FLASH => rig.flash(false),
+        Some(_) => rig.light(None),
+    };
+    done.map_err(|error| error.with_causes())?;
+    *lit = None;
+    Ok(())
+}
+
+/// The path and the content of the rig file `at`, or the virtual tent.
+fn rig(studio: &Studio, at: &str) -> Result<(PathBuf, RigFile), Refusal> {
+    if at == TENT {
+        return Ok((TENT.into(), RigFile::greenhouse(Greenhouse::default(), VisionConfig::default())));
+    }
+    let path = resolve(&studio.root, at)?;
+    if !path.is_file() || !at.ends_with(".toml") {
+        return Err(Refusal::missing(format!("found no rig file {at:?}")));
+    }
+    let rig = read_rig(&path)?;
+    Ok((path, rig))
+}
+
+/// Refuses a rig whose lamps or flash a run in the folder has just now.
+fn refuse_of_run(studio: &Studio, rig: &RigFile) -> Result<(), Refusal> {
+    if rig.is_virtual() {
+        return Ok(());
+    }
+    for found in Finder::default().find(&studio.root) {
+        if found.kind != Kind::Run || !holder(&found.path).is_ok_and(|process| process.is_some()) {
+            continue;
+        }
+        let Ok(config) = RunConfig::follow(&found.path) else { continue };
+        if config.rig.lamps == rig.lamps && config.rig.mqtt == rig.mqtt {
+            return Err(Refusal::bad(format!(
+                "The run {} has this rig. Stop the run first; it goes on when you resume it.",
+                found.at
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Rig files in the folder, and the virtual tent.
+pub(crate) fn rigs(studio: &Studio) -> Value {
+    let is_rig = |at: &String| {
+        let text = files::read_text(&studio.root.join(at)).unwrap_or_default();
+        let begins = |line: &str| line.starts_with("[camera]") || line.starts_with("[greenhouse");
+        text.lines().any(|line| begins(line.trim()))
+    };
+    let files = files_below(&studio.root).into_iter().filter(|at| at.ends_with(".toml"));
+    let of_run = |at: &String| at.rsplit_once('/').map_or(&**at, |(_, name)| name) == "run.toml";
+    let rigs: Vec<String> = files.filter(|at| !of_run(at) && is_rig(at)).collect();
+    json!({ "rigs": rigs, "tent": TENT })
+}
+
+/// What a rig has, and what is lit in it by hand.
+pub(crate) fn about(studio: &Studio, at: &str) -> Result<Value, Refusal> {
+    let (_, file) = rig(studio, at)?;
+    let layout = file.layout().map_err(|error| Refusal::bad(error.to_string()))?;
+    let lamps: Vec<&str> = layout.lamps().iter().map(|lamp| &*lamp.name).collect();
+    let size = file.calibration().map(|calibration| [calibration.width, calibration.height]);
+    let state =
+        if studio.devices.has(at) { studio.devices.ask(studio, at, Ask::State, PATIENCE)? } else { None };
+    Ok(json!({
+        "lamps": lamps, "has_flash": file.is_virtual() || file.flash.is_some(), "is_virtual": file.is_virtual(),
+        "size": size, "max_s": MAX_LIT_S, "state": state.unwrap_or_else(nothing_lit),
+    }))
+}
+
+/// The state of a rig in which nothing is lit by hand.
+fn nothing_lit() -> Value {
+    json!({ "lit": null, "left_s": null, "problem": null })
+}
+
+/// What a page wants of a rig.
+#[derive(Deserialize)]
+#[serde(tag = "do", rename_all = "lowercase")]
+pub(crate) enum Wish {
+    /// Lights a lamp, or the flash, for some seconds.
+    Light { rig: String, lamp: String, seconds: f64 },
+    /// Puts all light off.
+    Dark { rig: String },
+    /// Takes a photograph; its lamps stay as they are.
+    Photo { rig: String, has_flash: bool },
+}
+
+/// Does what a page wishes: the state of the rig after it.
+pub(crate) fn grant(studio: &Studio, wish: Wish) -> Result<Value, Refusal> {
+    /// A camera may take its time, and try again.
+    const ANSWERS: Duration = Duration::from_secs(120);
+    let (rig, ask) = match wish {
+        Wish::Dark { rig } => return dark(studio, &rig),
+        Wish::Light { rig, lamp, seconds } => {
+            if !(seconds > 0.0 && seconds <= MAX_LIT_S) {
+                return Err(Refusal::bad(format!(
+                    "found {seconds} s, wanted above 0 and at most {MAX_LIT_S}"
+                )));
+            }
+            (rig, Ask::Light { lamp, time: Duration::from_secs_f64(seconds) })
+        }
+        Wish::Photo { rig, has_flash } => (rig, Ask::Photo { has_flash }),
+    };
+    let state = studio.devices.ask(studio, &rig, ask, ANSWERS)?;
+    state.ok_or_else(|| Refusal::bad("the rig does not answer: a device hangs"))
+}
+
+/// Puts all light off; without the open rig where it does not answer.
+fn dark(studio: &Studio, at: &str) -> Result<Value, Refusal> {
+    if let Some(state) = studio.devices.ask(studio, at, Ask::Dark, PATIENCE)? {
+        return Ok(state);
+    }
+    let (rig, file) = rig(studio, at)?;
+    if file.is_virtual() {
+        return Ok(nothing_lit());
+    }
+    let devices = SafeStatePlan { rig, dark: true }.execute(&Silent)?.devices;
+    match devices.into_iter().find(|device| !device.is_off) {
+        None => Ok(nothing_lit()),
+        Some(lit) => {
+            let problem = crate::words::clean(&lit.problem.unwrap_or_default());
+            Err(Refusal::bad(format!("Not off: {}: {problem}", lit.device)))
+        }
+    }
+}

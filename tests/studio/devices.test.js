@@ -1,0 +1,124 @@
+// Devices by hand, and notes: on the virtual tent by touch, and on an emulated WLED controller beside a run.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import fs from "node:fs";
+import http from "node:http";
+import path from "node:path";
+import { after, test } from "node:test";
+import { close, folder, page, PROGRAM, run, start, studio, until } from "./helpers.js";
+
+after(close);
+
+const PHONE = { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true };
+const text = (opened, selector) => opened.textContent(selector);
+const lamp = (opened, name) => opened.locator("#lamps li", { hasText: name });
+
+/** A WLED controller of two segments, as its documentation describes it. */
+async function wled(t) {
+  const segments = new Map();
+  let uptime = 0;
+  const server = http.createServer(async (request, response) => {
+    let body = "";
+    for await (const part of request) body += part;
+    for (const segment of body ? (JSON.parse(body).seg ?? []) : []) segments.set(segment.id, segment);
+    const info = { leds: { count: 288 }, uptime: uptime++, live: false };
+    const state = { on: true, bri: 255, seg: [...segments.values()] };
+    response.end(JSON.stringify(request.url?.includes("/json/info") ? info : state));
+  });
+  await new Promise((done) => server.listen(0, "127.0.0.1", () => done(undefined)));
+  t.after(() => server.close());
+  return { url: `http://127.0.0.1:${server.address().port}`, lit: () => [...segments.values()].filter((segment) => segment.on).map((segment) => segment.id) };
+}
+
+/** A rig of its lamps, and of a camera that shows one photograph of the virtual tent. */
+async function rig(t, cwd, url) {
+  await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "periodic", "--steps", "2", "--out", "tent");
+  const calibration = fs.readFileSync(path.join(cwd, "tent/calibration.toml"), "utf8").replace("[base]", "[calibration.base]");
+  const strip = (name, segment) => `[lamps.${name}]
+driver = "wled"
+url = "${url}"
+segment = ${segment}
+dead_man_min = 0
+strip = { first = ${144 * segment}, pixels = 144 }
+`;
+  fs.writeFileSync(
+    path.join(cwd, "rig.toml"),
+    `period_min = 5
+[fault_policy]
+free_mb = 0
+[camera]
+driver = "command"
+command = ["cat", ${JSON.stringify(path.join(cwd, "tent/photographs/000001.jpg"))}]
+${strip("left", 0)}${strip("right", 1)}[vision.crop]
+x = 8
+y = 20
+width = 631
+height = 379
+[calibration]
+${calibration}`,
+  );
+}
+
+test("lamps and camera of a virtual tent by touch", async (t) => {
+  const cwd = folder(t);
+  const { address } = await studio(t, cwd);
+  const opened = await page(t, `${address}devices`, PHONE);
+  await lamp(opened, "Left").locator("button").tap();
+  await until(async () => /lit, 0:\d+ left/.test(await text(opened, "#lamps")), "the lamp is lit");
+  await opened.selectOption("#seconds", "2");
+  await lamp(opened, "Right").locator("button").tap();
+  await until(async () => /off/.test(await lamp(opened, "Left").textContent()), "one lamp at a time");
+  await until(async () => !/lit/.test(await text(opened, "#lamps")), "it goes off by itself");
+  await opened.tap("#take");
+  await until(async () => /Tip at −?\d+\.\d, \d+\.\d cm/.test(await text(opened, "#seen")), "the tip");
+  await until(() => opened.evaluate(() => document.querySelector("#img").naturalWidth === 648), "the photograph");
+  const source = () => opened.getAttribute("#img", "src");
+  const first = await source();
+  await opened.tap("#live");
+  await until(async () => (await source()) !== first, "a live view");
+  assert.equal(await opened.locator("#over .ring").count(), 1);
+  await opened.tap("#dark");
+  assert.equal(await opened.getAttribute("#live", "aria-pressed"), "false");
+});
+
+test("lamps of a controller go on and off, and belong to a run while it goes on", async (t) => {
+  const cwd = folder(t);
+  const { url, lit } = await wled(t);
+  await rig(t, cwd, url);
+  // By the command line, too.
+  assert.match(String(execFileSync(PROGRAM, ["lamp", "rig.toml", "right", "--seconds", "0.2"], { cwd })), /right: lit for 0\.\d s, and off again/);
+  assert.deepEqual(lit(), []);
+  assert.match(String(execFileSync(PROGRAM, ["photo", "rig.toml", "--light", "dark", "--out", "now.jpg"], { cwd })), /wrote now\.jpg: tip at/);
+
+  const { child, address } = await studio(t, cwd);
+  const opened = await page(t, `${address}devices?rig=rig.toml`);
+  await lamp(opened, "Left").locator("button").click();
+  await until(() => lit().length === 1, "the left lamp");
+  assert.deepEqual(lit(), [0]);
+  await opened.click("#take");
+  await until(async () => /Tip at/.test(await text(opened, "#seen")), "a photograph beside a lamp that is lit");
+  await lamp(opened, "Right").locator("button").click();
+  await until(() => lit()[0] === 1, "the right lamp instead");
+  // A studio that is killed leaves the light to its watchdog.
+  child.kill("SIGKILL");
+  await until(() => lit().length === 0, "the watchdog switches it off");
+
+  const again = await studio(t, cwd);
+  const going = start(t, cwd, "run", "--rig", "rig.toml", "--controller", "periodic", "--out", "bean");
+  await until(() => lit().length === 1, "the run lights its lamp");
+  const other = await page(t, `${again.address}devices?rig=rig.toml`);
+  await other.click("#take");
+  await until(async () => /The run bean has this rig/.test(await text(other, "#banner")), "it is refused");
+  assert.equal(lit().length, 1);
+
+  // A note reaches the journal of a run that waits for its next step.
+  const about = await page(t, `${again.address}run?at=bean`);
+  await about.fill("#note-text", "pot moved by 1 cm");
+  await about.press("#note-text", "Enter");
+  await until(async () => /pot moved by 1 cm/.test(await text(about, "#events")), "the note is among the events");
+  going.kill("SIGTERM");
+  await until(() => going.exitCode !== null, "the run has ended");
+  assert.deepEqual(lit(), []);
+  execFileSync(PROGRAM, ["note", "bean", "watered", "--step", "0"], { cwd });
+  await until(async () => /watered/.test(await text(about, "#events")), "a note on a run that is not at work");
+});
