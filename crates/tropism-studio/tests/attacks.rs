@@ -103,7 +103,7 @@ fn with_work(_: &mut StudioPlan, folder: &Path) {
 }
 
 /// Every route that reads.
-const READS: [&str; 36] = [
+const READS: [&str; 38] = [
     "/",
     "/run",
     "/evolution",
@@ -149,7 +149,7 @@ fn is_stream(path: &str) -> bool {
 }
 
 /// Every route that changes.
-const CHANGES: [&str; 15] = [
+const CHANGES: [&str; 17] = [
     "/api/evolution/extend",
     "/api/run/stop",
     "/api/run/safe-state",
