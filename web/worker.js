@@ -25,7 +25,31 @@ function ask(question, bytes) {
   return { json: JSON.parse(new TextDecoder().decode(reply.subarray(4, 4 + size))), bytes: reply.slice(4 + size) };
 }
 
+/** What `~` and a letter from a on stand for: letters that a page may not hold. */
+const ESCAPED = [0, 10, 13, 60, 126];
+
+/** The bytes of a text that holds seven bits a letter, unpacked. @param {string} text */
+function unpacked(text) {
+  const packed = new Uint8Array((text.length * 7) >> 3);
+  let [held, bits, at] = [0, 0, 0];
+  for (let place = 0; place < text.length; place++) {
+    const letter = text.charCodeAt(place);
+    held = (held << 7) | (letter === 126 ? ESCAPED[text.charCodeAt(++place) - 97] : letter);
+    bits += 7;
+    if (bits < 8) continue;
+    bits -= 8;
+    packed[at++] = held >> bits;
+    held &= (1 << bits) - 1;
+  }
+  const stream = new Blob([packed.subarray(0, at)]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).arrayBuffer();
+}
+
 addEventListener("message", async ({ data }) => {
+  if (data.packed) {
+    postMessage({ module: await WebAssembly.compile(await unpacked(data.packed)) });
+    return;
+  }
   if (data.module) {
     tropism = await WebAssembly.instantiate(data.module, {});
     return;
