@@ -3,6 +3,7 @@
 // MODULE is tropism-wasm as WebAssembly. Into OUT: tropism.html, one file that works from a disk, and site/, the same as a static
 // folder with a service worker. Scripts are plain modules; TypeScript turns each into a function that keeps live bindings, and a few
 // lines load them. Where a module of the studio asks for the studio, it gets web/studio.js.
+import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import fs from "node:fs";
 import { createRequire } from "node:module";
@@ -88,12 +89,19 @@ function sevenBits(bytes) {
   return text;
 }
 
+/** As a .lzma file whose head holds the size, so that web/worker.js knows it beforehand. */
+function lzma(bytes) {
+  const packed = execFileSync("xz", ["-9e", "--format=lzma", "--stdout"], { input: bytes, maxBuffer: 2 ** 28 });
+  packed.writeBigUInt64LE(BigInt(bytes.length), 5);
+  return packed;
+}
+
 const wasm = fs.readFileSync(module);
 const script = bundle(path.join(WEB, "app.js"));
 const style = `${read(ASSETS, "style.css")}\n${read(WEB, "web.css")}\n${figures(JSON.parse(await ask(wasm, { ask: "style" })))}`;
 const draw = read(ASSETS, "draw.html").match(/<main id="main">(.*)<\/main>/s)[1];
 const data = {
-  module: sevenBits(gzipSync(wasm, { level: 9 })),
+  module: sevenBits(lzma(wasm)),
   worker: read(WEB, "worker.js"),
   reach: await ask(wasm, { ask: "reach" }),
   champion: read(WEB, "champion.json"),
