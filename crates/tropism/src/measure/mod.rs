@@ -277,7 +277,7 @@ fn is_uneven(fit: &Fit, t: f64, segment: f64) -> bool {
 /// From this misfit on, the stems do what the rod does not, and constants of bending are provisional. Measured: plants of the model
 /// have 1.0 in every case that was simulated, virtual beans, whose gains wander, 3 to 4 (`--example measure_beans`).
 pub const MAX_MISFIT: f64 = 1.5;
-/// Factor by which intervals are then wider. Chosen: plain intervals held 46 to 86 % of the constants of 32 virtual beans, whose
+/// Factor by which intervals are then wider. Chosen: plain intervals held 36 to 86 % of the constants of 32 virtual beans, whose
 /// errors are about twice as large as such intervals allow (`--example measure_beans`).
 const MISFIT_WIDENING: f64 = 2.0;
 
