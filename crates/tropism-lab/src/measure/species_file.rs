@@ -32,7 +32,7 @@ pub(super) fn species_file(path: &Path, results: &MeasureResults) -> Result<Opti
             let value = estimate.value;
             let _ = match estimate.interval[0].is_finite() {
                 true => writeln!(head, "# {key}: {symbol} {value:.4} [{low:.4}, {high:.4}] {unit}"),
-                false => writeln!(head, "# {key}: {symbol} {value:.4} {unit} of one plant"),
+                false => writeln!(head, "# {key}: {symbol} {value:.4} {unit}, without an interval"),
             };
         }
     }

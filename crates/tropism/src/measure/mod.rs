@@ -221,7 +221,7 @@ fn estimates(record: &StemRecord, options: &Options, fit: &Fit, responds: bool) 
         if fit.misfit > MAX_MISFIT { of_misfit(found) } else { found }
     };
     all.extend(bending.into_iter().map(judged));
-    all.push(rate);
+    all.push(if fit.misfit > MAX_MISFIT { of_misfit(rate) } else { rate });
     all.extend(tropic.into_iter().map(judged));
     all.extend(in_growth_units(&all, options));
     if options.stimulus == Stimulus::Lamps {
@@ -380,7 +380,7 @@ fn in_growth_units(known: &[Estimate], options: &Options) -> [Estimate; 2] {
             () if scaled.factor() > MAX_FACTOR => {
                 scaled.refused("the 90 % interval spans more than a factor of 4")
             }
-            () => scaled,
+            () => Estimate { status: of.status, reason: of.reason.clone(), ..scaled },
         }
     };
     let without = options.radius_cm.is_none().then_some("no radius of the stem is given");
