@@ -7,11 +7,12 @@ import { view } from "../crates/tropism-studio/assets/plane.js";
 import { seed, setSeed } from "../crates/tropism-studio/assets/trial.js";
 import { $, $$, championOf, html, icon, put, session, toast, toggleTheme } from "./studio.js";
 import "./champion.js";
+import { openMeasure } from "./measure.js";
 import { openPaper } from "./paper.js";
 import { openPhotographs } from "./photographs.js";
 import { light as lightTent, openTent } from "./tent.js";
 
-const MODES = ["play", "draw", "paper", "photographs", "tent"];
+const MODES = ["play", "draw", "paper", "photographs", "measure", "tent"];
 championOf.set(text(), "paper");
 
 for (const element of $$("[data-ic]")) if (!element.querySelector(".ic")) element.insertAdjacentHTML("afterbegin", icon(element.dataset.ic).text);
@@ -66,6 +67,7 @@ function show(next, asked) {
     enter("draw");
   } else if (mode === "paper") openPaper();
   else if (mode === "photographs") openPhotographs();
+  else if (mode === "measure") openMeasure();
   else openTent();
 }
 

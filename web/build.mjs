@@ -3,6 +3,7 @@
 // MODULE is tropism-wasm as WebAssembly. Into OUT: tropism.html, one file that works from a disk, and site/, the same as a static
 // folder with a service worker. Scripts are plain modules; TypeScript turns each into a function that keeps live bindings, and a few
 // lines load them. Where a module of the studio asks for the studio, it gets web/studio.js.
+import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import fs from "node:fs";
 import { createRequire } from "node:module";
@@ -18,10 +19,12 @@ const ts = createRequire(path.join(ROOT, "tests/studio/package.json"))("typescri
 const read = (...parts) => fs.readFileSync(path.join(...parts), "utf8");
 const sha256 = (text) => createHash("sha256").update(text).digest("base64");
 
-/** The scripts that `entry` needs, as one. */
+/** The scripts that `entry` needs, as one. Each runs in a task of its own, so that none holds up the page for long. */
 function bundle(entry) {
   const places = new Map();
   const all = [];
+  /** Those that a script needs come before it. */
+  const order = [];
   const add = (file) => {
     if (places.has(file)) return places.get(file);
     const place = all.length;
@@ -35,12 +38,13 @@ function bundle(entry) {
     const options = { module: ts.ModuleKind.CommonJS, target: ts.ScriptTarget.ES2022, removeComments: true };
     const { outputText } = ts.transpileModule(read(file), { compilerOptions: options });
     all[place] = `[function(exports,require){${outputText}},${JSON.stringify(links)}]`;
+    order.push(place);
     return place;
   };
   add(entry);
   return `(()=>{const all=[${all.join(",\n")}],made=[];
 const load=(place)=>{if(!made[place]){made[place]={};const[make,links]=all[place];make(made[place],(name)=>load(links[name]))}return made[place]};
-load(0)})()`;
+(async()=>{for(const place of ${JSON.stringify(order)}){load(place);await new Promise((done)=>setTimeout(done))}})()})()`;
 }
 
 /** What a module answers to one question. */
@@ -64,12 +68,40 @@ function figures(sheet) {
 :root[data-theme=dark] .paper-figure{${dark}}`;
 }
 
+/** Bytes as text: seven bits a letter, and two letters for those that a page may not hold. As web/worker.js reads it. */
+function sevenBits(bytes) {
+  const ESCAPED = [0, 10, 13, 60, 126];
+  let [text, held, bits] = ["", 0, 0];
+  const add = (letter) => {
+    const place = ESCAPED.indexOf(letter);
+    text += place < 0 ? String.fromCharCode(letter) : `~${"abcde"[place]}`;
+  };
+  for (const byte of bytes) {
+    held = (held << 8) | byte;
+    bits += 8;
+    while (bits >= 7) {
+      bits -= 7;
+      add((held >> bits) & 127);
+    }
+    held &= 127;
+  }
+  if (bits) add((held << (7 - bits)) & 127);
+  return text;
+}
+
+/** As a .lzma file whose head holds the size, so that web/worker.js knows it beforehand. */
+function lzma(bytes) {
+  const packed = execFileSync("xz", ["-9e", "--format=lzma", "--stdout"], { input: bytes, maxBuffer: 2 ** 28 });
+  packed.writeBigUInt64LE(BigInt(bytes.length), 5);
+  return packed;
+}
+
 const wasm = fs.readFileSync(module);
 const script = bundle(path.join(WEB, "app.js"));
 const style = `${read(ASSETS, "style.css")}\n${read(WEB, "web.css")}\n${figures(JSON.parse(await ask(wasm, { ask: "style" })))}`;
 const draw = read(ASSETS, "draw.html").match(/<main id="main">(.*)<\/main>/s)[1];
 const data = {
-  module: gzipSync(wasm, { level: 9 }).toString("base64"),
+  module: sevenBits(lzma(wasm)),
   worker: read(WEB, "worker.js"),
   reach: await ask(wasm, { ask: "reach" }),
   champion: read(WEB, "champion.json"),

@@ -2,22 +2,22 @@
 // @ts-check
 
 /** What is embedded in the page, by its id. @param {string} id */
-const embedded = (id) => document.getElementById(id)?.textContent?.trim() ?? "";
+const embedded = (id) => document.getElementById(id)?.textContent ?? "";
 
 /** JSON or text that the page carries. @param {string} id */
 export const carried = (id) => embedded(`data-${id}`);
 
-/** The bytes of a base64 text, unpacked. @param {string} text */
-function unpacked(text) {
-  const letters = atob(text);
-  const packed = new Uint8Array(letters.length);
-  for (let place = 0; place < letters.length; place++) packed[place] = letters.charCodeAt(place);
-  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
-}
-
-/** @type {Promise<WebAssembly.Module>} */
-const compiled = unpacked(embedded("data-module")).then((bytes) => WebAssembly.compile(bytes));
 const script = URL.createObjectURL(new Blob([embedded("data-worker")], { type: "text/javascript" }));
+/** The module, unpacked and compiled in a worker of its own. @type {Promise<WebAssembly.Module>} */
+const compiled = new Promise((done, failed) => {
+  const worker = new Worker(script);
+  worker.onerror = failed;
+  worker.onmessage = ({ data }) => {
+    done(data.module);
+    worker.terminate();
+  };
+  worker.postMessage({ packed: embedded("data-module") });
+});
 
 /** @typedef {{ json: any, bytes: Uint8Array | null }} Answer */
 

@@ -101,6 +101,8 @@ export function openPhotographs() {
   curve = fit($("#photo-curve"), paths);
 }
 const vision = () => (engine ??= new Engine());
+/** The engine that holds the track of photographs, once there is one. */
+export const tracked = () => (rows.some((row) => row.tip) ? engine : null);
 /** Draws the curves. */
 let curve = () => {};
 

@@ -1,7 +1,9 @@
 // The page in a real browser: from a disk without a network, and from a static folder.
 import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
 import fs from "node:fs";
 import http from "node:http";
+import os from "node:os";
 import { createRequire } from "node:module";
 import path from "node:path";
 import { after, test } from "node:test";
@@ -110,6 +112,24 @@ test("the paper's figures follow its settings", async (t) => {
   assert.notEqual(await found.locator("#figures-evolution svg").last().innerHTML(), before);
 });
 
+test("the constants of plants are measured from their tracks", async (t) => {
+  const found = await opened(t, "#/measure");
+  const folder = fs.mkdtempSync(path.join(os.tmpdir(), "tropism-measure-"));
+  t.after(() => fs.rmSync(folder, { recursive: true, force: true }));
+  const words = ["grow", "--plants", "2", "--steps", "48", "--period", "10", "--tilt", "60", "--dark", "--out", "beans"];
+  assert.equal(spawnSync(process.env.TROPISM, words, { cwd: folder }).status, 0);
+  await found.fill("#measure-tilt", "60");
+  await found.setInputFiles("#measure-files", ["0001", "0002"].map((plant) => path.join(folder, "beans", `plant-${plant}.csv`)));
+  await until(async () => /2 plants measured/.test(await found.textContent("#measure-says")), "the plants");
+  assert.equal(await found.locator("#measure-found svg").count(), 8);
+  // The table is that of the program.
+  const { stdout } = spawnSync(process.env.TROPISM, "measure beans --tilt 60 --check-plants 0 --json".split(" "), { cwd: folder });
+  const native = JSON.parse(stdout.toString()).plants[0].estimates.find(({ symbol }) => symbol === "G");
+  const digits = (value) => String(Number(value.toPrecision(3)));
+  const shown = await found.locator("#measure-found section").nth(1).textContent();
+  assert.ok(shown.includes(`${digits(native.value)} [${native.interval.map(digits).join(", ")}]`), shown);
+});
+
 test("the tip in a virtual tent is found, and leads the lamp", async (t) => {
   const found = await opened(t, "#/tent", PHONE);
   const says = () => found.textContent("#tent-says");
@@ -141,7 +161,7 @@ for (const theme of ["light", "dark"]) {
     const found = await opened(t, "", { ...PHONE, colorScheme: theme, reducedMotion: "reduce" });
     await found.locator("#plane .bean").waitFor();
     await found.evaluate(AXE);
-    const there = { play: "#plane .bean", draw: "#targets .target-row", paper: ".paper-figure svg", photographs: "#photo-files", tent: "#tent-photo image" };
+    const there = { play: "#plane .bean", draw: "#targets .target-row", paper: ".paper-figure svg", photographs: "#photo-files", measure: "#measure-files", tent: "#tent-photo image" };
     for (const [mode, selector] of Object.entries(there)) {
       await found.evaluate((hash) => (location.hash = hash), `#/${mode}`);
       await found.locator(selector).first().waitFor();

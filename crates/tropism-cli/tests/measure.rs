@@ -45,6 +45,11 @@ fn tipped_beans_are_measured_to_the_same_bits_on_any_number_of_threads() {
     assert!(table.starts_with("plant,group,symbol,value,low_90,high_90,unit,status,reason\n"));
     let page = fs::read_to_string(here.join("measure/report.html")).unwrap();
     assert!(page.contains("Virtual plants") && page.contains("What these data cannot say"));
+    // The species file says what was measured, and virtual plants of it grow.
+    let species = fs::read_to_string(here.join("measure/species.toml")).unwrap();
+    assert!(species.contains("# typical.growth.rate: G ") && species.contains("guesses"), "{species}");
+    let words = ["grow", "--bean", "measure/species.toml", "--plants", "1", "--steps", "2", "--out", "more"];
+    tropism(here, &words).unwrap();
     let again = tropism(here, &["measure", "beans", "--tilt", "60", "--out", "measure"]).unwrap_err();
     assert!(again.contains("--force"), "{again}");
 }

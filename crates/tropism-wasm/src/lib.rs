@@ -10,6 +10,7 @@ mod beans;
 mod evolution;
 mod paper;
 mod photographs;
+mod measure;
 mod tent;
 mod session;
 

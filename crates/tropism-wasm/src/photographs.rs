@@ -103,7 +103,7 @@ impl Series {
         });
         if let Some(observation) = seen.observation {
             let sample = Sample::of(observation, self.step, time_s, light);
-            self.samples.push(Sample { stem: None, ..sample });
+            self.samples.push(sample);
             let cells = [name.to_owned(), seen.status.to_string(), format!("{:.3}", seen.confidence)];
             self.columns.iter_mut().zip(cells).for_each(|(column, cell)| column.push(cell));
         }
@@ -111,12 +111,18 @@ impl Series {
         answer
     }
 
-    /// The track so far, as the bytes of a CSV file.
-    pub(crate) fn csv(&self) -> Result<Vec<u8>, SessionError> {
+    /// The track so far, with stems.
+    pub(crate) fn track(&self) -> Result<Track, SessionError> {
         if self.samples.is_empty() {
             return Err(SessionError::Refused("found the plant in no photograph".to_owned()));
         }
-        let mut track = Track::of(self.samples.clone());
+        Ok(Track::of(self.samples.clone()))
+    }
+
+    /// The track so far, as the bytes of a CSV file.
+    pub(crate) fn csv(&self) -> Result<Vec<u8>, SessionError> {
+        let mut track = self.track()?;
+        track.samples.iter_mut().for_each(|sample| sample.stem = None);
         for (name, cells) in ["frame", "class", "confidence"].into_iter().zip(&self.columns) {
             track.columns.push(Column::parsed(name, cells.clone()));
         }

@@ -1,5 +1,7 @@
 //! What the page may ask.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tropism::evolve::{EvolutionConfig, Trial};
@@ -160,6 +162,18 @@ pub enum Question {
     },
     /// The track so far; the bytes of the answer are the CSV file.
     Csv {},
+    /// The constants of the plant whose track is in the bytes, as a CSV file; without bytes, of the photographs tracked last.
+    Measure {
+        /// Its name.
+        name: String,
+        /// Angle by which its pot was tipped at the first row, in degrees; none if it stands upright.
+        tilt_deg: Option<f64>,
+    },
+    /// Means of the constants of several plants.
+    Means {
+        /// The values of each constant.
+        values: BTreeMap<String, Vec<f64>>,
+    },
     /// Opens a virtual tent.
     Tent {
         /// Seed of its plant.

@@ -26,7 +26,7 @@ use crate::evolution::{Job, simulate};
 use crate::photographs::Series;
 use crate::question::{Answer, By, Question};
 use crate::tent::Tent;
-use crate::{beans, paper, photographs};
+use crate::{beans, measure, paper, photographs};
 
 /// Simulated plants that a champion steers on the page.
 const PLANTS: u32 = 6;
@@ -81,6 +81,9 @@ pub enum SessionError {
     /// Vision.
     #[error(transparent)]
     Vision(#[from] tropism::vision::VisionError),
+    /// A track without enough stems.
+    #[error(transparent)]
+    Record(#[from] tropism::measure::RecordError),
     /// A tent.
     #[error(transparent)]
     Rig(#[from] tropism::rig::RigError),
@@ -171,6 +174,14 @@ impl Session {
                 let bytes = self.series.as_ref().ok_or_else(no_series)?.csv()?;
                 return Ok(Answer { json: json!({}), bytes });
             }
+            Question::Measure { name, tilt_deg } if bytes.is_empty() => {
+                let track = self.series.as_ref().ok_or_else(no_series)?.track()?;
+                measure::plant(&name, &track, tilt_deg)?
+            }
+            Question::Measure { name, tilt_deg } => {
+                measure::plant(&name, &Track::read_csv(bytes)?, tilt_deg)?
+            }
+            Question::Means { values } => measure::means(&values),
             Question::Tent { seed, drawing, by } => {
                 let task = drawing.task()?;
                 let controller = by.map(|by| by.controller(&task)).transpose()?;

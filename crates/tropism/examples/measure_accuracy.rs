@@ -91,8 +91,12 @@ impl Case {
             .map(|value| value * (self.spread * random::normal(&mut draws)).exp())
     }
 
+    /// The constants by the definitions of `tropism::measure`: the zone ends where sensitivity has fallen to half of its greatest
+    /// value, and the rates are means over it.
     fn truth(&self, seed: u64) -> [(&'static str, f64); 5] {
         let [beta, gamma, zone] = self.constants(seed);
+        let reach = if self.is_bell { 0.5 + 0.125_f64.sqrt() } else { 1.0 };
+        let [beta, gamma, zone] = [beta / reach, gamma / reach, zone * reach];
         [("beta", beta), ("gamma", gamma), ("Lc", gamma / beta), ("B", beta * zone / gamma), ("Lgz", zone)]
     }
 
@@ -241,9 +245,9 @@ fn main() {
         arguments.len() < 2 || arguments[1..].iter().any(|name| case.name.contains(name.as_str()))
     };
     println!(
-        "median bias / rmse in %, then % of 90 % intervals that hold the truth, then % measured; of {plants} plants"
+        "median bias / rmse in %, then % of the 90 % intervals of measured and of provisional numbers that hold the truth; of {plants} plants"
     );
-    println!("{:<32}{:>22}{:>22}{:>22}{:>22}{:>22}", "case", "beta", "gamma", "Lc", "B", "Lgz");
+    println!("{:<32}{:>30}{:>30}{:>30}{:>30}{:>30}", "case", "beta", "gamma", "Lc", "B", "Lgz");
     for case in CASES.iter().filter(|case| wanted(case)) {
         let start = std::time::Instant::now();
         let results: Vec<Measurement> = parallel::map(plants, |plant| {
@@ -252,33 +256,46 @@ fn main() {
         });
         let mut line = format!("{:<32}", case.name);
         for quantity in 0..5 {
-            let (mut errors, mut holds, mut measured) = (Vec::new(), 0, 0);
+            let (mut errors, mut counts) = (Vec::new(), [[0_u32; 2]; 2]);
             for (plant, result) in results.iter().enumerate() {
                 let (symbol, truth) = case.truth(plant as u64)[quantity];
                 let found = result.estimate(symbol).expect("each constant has an estimate");
                 errors.push(found.value / truth - 1.0);
-                if found.status == Status::Measured {
-                    measured += 1;
-                    holds += usize::from((found.interval[0]..=found.interval[1]).contains(&truth));
-                }
+                let kind = match found.status {
+                    Status::Measured => 0,
+                    Status::Provisional => 1,
+                    Status::Bounded | Status::NotIdentified => continue,
+                };
+                counts[kind][0] += 1;
+                counts[kind][1] += u32::from((found.interval[0]..=found.interval[1]).contains(&truth));
             }
             let bias = tropism::math::statistics::median(&errors);
             let rmse = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
-            let share = |count: usize, of: usize| {
-                if of == 0 { "-".to_owned() } else { format!("{:.0}", 100.0 * count as f64 / of as f64) }
+            let share = |[all, holds]: [u32; 2]| match all {
+                0 => "-".to_owned(),
+                _ => format!("{:.0} of {all}", 100.0 * f64::from(holds) / f64::from(all)),
             };
             line += &format!(
-                "{:>22}",
+                "{:>30}",
                 format!(
-                    "{:+.0}/{:.0} {} {}",
+                    "{:+.0}/{:.0}, {}, {}",
                     100.0 * bias,
                     100.0 * rmse,
-                    share(holds, measured),
-                    share(measured, plants)
+                    share(counts[0]),
+                    share(counts[1])
                 )
             );
         }
-        println!("{line}   {:.2} s a plant", start.elapsed().as_secs_f64() / plants as f64);
+        let of_plants = |of: fn(&Measurement) -> f64| {
+            tropism::math::statistics::median(&results.iter().map(of).collect::<Vec<_>>())
+        };
+        let misfits: Vec<f64> = results.iter().map(|result| result.misfit).collect();
+        let misfit = tropism::math::statistics::quantile_linear(&misfits, 0.95);
+        let rise = of_plants(|result| result.estimate("D").map_or(f64::NAN, |found| found.value));
+        println!(
+            "{line}   95 % point of the misfit {misfit:.2}, D {rise:.2} cm, {:.2} s a plant",
+            start.elapsed().as_secs_f64() / plants as f64
+        );
         if case.spread > 0.0 {
             groups(case, &results);
         }

@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::math;
 use crate::math::matrix::diagonalize;
-use crate::math::vector::dot_slices;
 use crate::random::{self, Purpose};
 
 /// A search has converged when the greatest standard deviation is below this share of the first one (Auger and Hansen 2005,
@@ -205,7 +204,7 @@ impl CmaEs {
             .axes
             .iter()
             .zip(&self.deviations)
-            .map(|(axis, deviation)| dot_slices(axis, &step) / deviation)
+            .map(|(axis, deviation)| axis.iter().zip(&step).map(|(a, b)| a * b).sum::<f64>() / deviation)
             .collect();
         let gain = (c_sigma * (2.0 - c_sigma) * mu_eff).sqrt();
         for (at, path) in self.sigma_path.iter_mut().enumerate() {

@@ -13,15 +13,19 @@ use crate::progress::{check_outputs, execute_and_print};
 use crate::shell::Shell;
 
 /// Measure growth, bending zone, tropisms and circumnutation of plants from their stems over time
-///
-/// Each constant has a 90 % interval, or the reason why these data cannot say it. For gravity: tip the pots by 45 degrees or
-/// more at the first frame, in the dark or in light from above, and name the angle with --tilt. The forward model of the rod is fitted
-/// to all points of all frames; what the plant's own movement explains is not taken for a response.
 #[derive(Args)]
-#[command(after_help = "Examples:\n  \
-    tropism measure --demo --out measure    six virtual beans, tipped in the dark\n  \
-    tropism measure track.csv --tilt 60 --out measure\n  \
-    tropism measure --group wt='wt/*.csv' --group mutant='mutant/*.csv' --tilt 90 --out measure")]
+#[command(
+    disable_help_flag = true,
+    // Without empty lines between the options.
+    arg = clap::Arg::new("help").short('h').long("help").action(clap::ArgAction::HelpShort).help("Print help"),
+    before_help = "Example: tropism measure --demo --out measure    (six virtual beans, tipped in the dark)",
+    after_help = "Each constant has a 90 % interval, or the reason why these data cannot say it. For gravity tip the\n\
+                  pots by 45 degrees or more at the first frame, in the dark or in light from above.\n\n\
+                  Examples:\n  \
+                  tropism measure track.csv --tilt 60 --out measure\n  \
+                  tropism measure --group wt='wt/*.csv' --group mutant='mutant/*.csv' --tilt 90 --out measure\n  \
+                  tropism grow --bean measure/species.toml --out beans    virtual plants with what was measured"
+)]
 pub(crate) struct Measure {
     /// Tracks with stems (of `tropism track`), folders of them, and files of angles (time_h,tip_angle_deg,...)
     #[arg(value_name = "TRACK.csv|DIR", required_unless_present_any = ["demo", "groups"], conflicts_with = "demo")]
@@ -59,7 +63,7 @@ pub(crate) struct Measure {
     #[arg(long)]
     demo: bool,
 
-    /// Folder for report.html, constants.csv, constants.json, kymograph.csv and the figures; none by default
+    /// Folder for report.html, constants.csv, constants.json, kymograph.csv, species.toml and the figures
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 

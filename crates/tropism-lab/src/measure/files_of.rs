@@ -7,6 +7,7 @@ use tropism::measure::Quantity;
 use tropism::text::csv_cell;
 
 use super::page::page;
+use super::species_file::species_file;
 use super::{MeasurePlan, MeasureResults, MeasuredStems};
 use crate::{Error, files};
 
@@ -15,6 +16,8 @@ const REPORT: &str = "report.html";
 const TABLE: &str = "constants.csv";
 const RESULTS: &str = "constants.json";
 const KYMOGRAPHS: &str = "kymograph.csv";
+/// Only where constants of a bean were measured, of one group.
+const SPECIES: &str = "species.toml";
 
 impl MeasurePlan {
     /// The files that are written.
@@ -22,7 +25,7 @@ impl MeasurePlan {
     pub fn outputs(&self) -> Vec<PathBuf> {
         self.out
             .iter()
-            .flat_map(|out| [REPORT, TABLE, RESULTS, KYMOGRAPHS].map(|name| out.join(name)))
+            .flat_map(|out| [REPORT, TABLE, RESULTS, KYMOGRAPHS, SPECIES].map(|name| out.join(name)))
             .collect()
     }
 
@@ -36,6 +39,9 @@ impl MeasurePlan {
         files::write_json(&out.join(RESULTS), results)?;
         files::write(&out.join(TABLE), table(results).as_bytes())?;
         files::write(&out.join(KYMOGRAPHS), kymographs(plants).as_bytes())?;
+        if let Some(species) = species_file(&out.join(SPECIES), results)? {
+            files::write(&out.join(SPECIES), species.as_bytes())?;
+        }
         let page = page(self, plants, results)?;
         files::write(&out.join(REPORT), page.html().as_bytes())?;
         for (name, bytes) in tropism_report::files(&page.figures) {

@@ -8,6 +8,7 @@ mod angle_file;
 mod demo;
 mod page;
 mod files_of;
+mod species_file;
 
 use std::path::PathBuf;
 
@@ -168,8 +169,8 @@ pub fn estimate_text(estimate: &Estimate) -> String {
 }
 
 /// The equation of the fit, as reports print it.
-pub const EQUATION: &str = "D kappa/Dt = z(a) (-beta sin A - gamma kappa + nu m cos A + f(t)), z = 1/(1 + exp((a - Lgz)/W)); \
-                            stretch does not change kappa";
+pub const EQUATION: &str = "D kappa/Dt = z(a) (-beta sin A - gamma kappa + nu m cos A + f(t)), z = (1 - exp(-a/D))/(1 + exp((a - Lgz)/W))/n, \
+                            n the mean of 1 - exp(-a/D) over Lgz; stretch does not change kappa";
 
 /// A plant on its way through the workflow.
 struct Plant {
@@ -404,14 +405,7 @@ fn groups(plants: &[PlantConstants]) -> Vec<GroupConstants> {
     names.dedup();
     let of_name = |name: &String| {
         let members: Vec<&PlantConstants> = plants.iter().filter(|plant| plant.group == *name).collect();
-        let mean = |symbol: &str| {
-            let values = values_of(&members, symbol);
-            if values.iter().all(|value| *value > 0.0) {
-                group::geometric_mean(symbol, &values)
-            } else {
-                group::arithmetic_mean(symbol, &values)
-            }
-        };
+        let mean = |symbol: &str| group::mean_of(symbol, &values_of(&members, symbol));
         let has = |symbol: &str| {
             members.iter().any(|plant| plant.estimates.iter().any(|estimate| estimate.symbol == symbol))
         };

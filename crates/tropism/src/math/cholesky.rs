@@ -3,6 +3,8 @@
 //! # References
 //! Golub and Van Loan 2013, *Matrix Computations*, section 4.2.
 
+use crate::math::vector::dot_slices;
+
 /// The lower triangle `L` with `L L^T` the matrix it was made of.
 ///
 /// ```
@@ -39,9 +41,9 @@ impl Cholesky {
             for column in 0..row {
                 let other = &above[column * size..=column * size + column];
                 current[column] =
-                    (current[column] - dot(&current[..column], &other[..column])) / other[column];
+                    (current[column] - dot_slices(&current[..column], &other[..column])) / other[column];
             }
-            let square = current[row] - dot(&current[..row], &current[..row]);
+            let square = current[row] - dot_slices(&current[..row], &current[..row]);
             // Not a number fails as well.
             if !(square > 0.0 && square.is_finite()) {
                 return None;
@@ -63,7 +65,7 @@ impl Cholesky {
         let mut solution = right.to_vec();
         for row in 0..self.size {
             let line = &self.lower[row * self.size..=row * self.size + row];
-            solution[row] = (solution[row] - dot(&line[..row], &solution[..row])) / line[row];
+            solution[row] = (solution[row] - dot_slices(&line[..row], &solution[..row])) / line[row];
         }
         solution
     }
@@ -86,7 +88,8 @@ impl Cholesky {
     /// The product `L vector`: standard normal draws become draws with the matrix as their covariance.
     #[must_use]
     pub fn times(&self, vector: &[f64]) -> Vec<f64> {
-        let row = |row: usize| dot(&self.lower[row * self.size..=row * self.size + row], &vector[..=row]);
+        let row =
+            |row: usize| dot_slices(&self.lower[row * self.size..=row * self.size + row], &vector[..=row]);
         (0..self.size).map(row).collect()
     }
 
@@ -101,7 +104,7 @@ impl Cholesky {
             values[column] = 1.0 / self.lower[column * size + column];
             for row in column + 1..size {
                 let line = &self.lower[row * size..=row * size + row];
-                values[row] = -dot(&line[column..row], &values[column..row]) / line[row];
+                values[row] = -dot_slices(&line[column..row], &values[column..row]) / line[row];
             }
         }
         let mut inverse = vec![0.0; size * size];
@@ -109,26 +112,13 @@ impl Cholesky {
             for column in 0..=row {
                 let (one, other) =
                     (&columns[row * size..(row + 1) * size], &columns[column * size..(column + 1) * size]);
-                let value = dot(&one[row..], &other[row..]);
+                let value = dot_slices(&one[row..], &other[row..]);
                 inverse[row * size + column] = value;
                 inverse[column * size + row] = value;
             }
         }
         inverse
     }
-}
-
-/// The dot product in four partial sums, in an order that does not depend on the machine.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (quads, others) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = quads.remainder().iter().zip(others.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in quads.zip(others) {
-        for lane in 0..4 {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
 #[cfg(test)]

@@ -49,11 +49,20 @@ pub fn dot<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
     sum
 }
 
-/// The dot product of vectors of any length, summed from the first term to the last; what one of them has beyond the other counts
-/// nothing.
+/// The dot product of vectors of any length, in four partial sums whose order does not depend on the machine; what one of them has
+/// beyond the other counts nothing.
 #[must_use]
 pub fn dot_slices(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let length = a.len().min(b.len());
+    let mut sums = [0.0; 4];
+    let (quads, others) = (a[..length].chunks_exact(4), b[..length].chunks_exact(4));
+    let rest: f64 = quads.remainder().iter().zip(others.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in quads.zip(others) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
 /// The cross product.

@@ -62,10 +62,11 @@ pub struct Quantity {
 }
 
 /// All quantities, in the order of tables.
-pub const QUANTITIES: [Quantity; 19] = [
+pub const QUANTITIES: [Quantity; 20] = [
     Quantity { symbol: "G", unit: "cm/h", words: "elongation rate" },
     Quantity { symbol: "Lgz", unit: "cm", words: "length of the zone that bends" },
     Quantity { symbol: "W", unit: "cm", words: "width of the edge of that zone" },
+    Quantity { symbol: "D", unit: "cm", words: "depth over which sensitivity rises from the apex" },
     Quantity {
         symbol: "E",
         unit: "1/h",

@@ -13,7 +13,9 @@
 
 use super::forcing::{COHERENCE, DRIFT, DRIFT_H, Forcing, NOISE, PERIOD, SWING, minimised};
 use super::record::StemRecord;
-use super::rod::{BASE, CURVATURE, FREE_POINTS, LN_BETA, LN_EDGE, LN_GAMMA, LN_TAU, LN_ZONE, Law, NU, Rod};
+use super::rod::{
+    BASE, CURVATURE, FREE_POINTS, LN_BETA, LN_EDGE, LN_GAMMA, LN_RISE, LN_TAU, LN_ZONE, Law, NU, Rod,
+};
 use crate::geometry::Point;
 use crate::math::cholesky::Cholesky;
 use crate::math::statistics::{mean, median, robust_deviation};
@@ -53,6 +55,8 @@ pub(super) struct Fit {
     pub(super) deviance: f64,
     /// Root mean square of the distances across the stem, the forcing included and left out, in cm.
     pub(super) rms_cm: [f64; 2],
+    /// How many times the variance of white residuals that of the residuals' means over blocks has; at least 1.
+    pub(super) misfit: f64,
 }
 
 /// The measured points, and the directions across the stem there.
@@ -168,6 +172,8 @@ impl<'a> Fitting<'a> {
         sd[LN_ZONE] = 1.1;
         mean[LN_EDGE] = ln(0.15);
         sd[LN_EDGE] = 1.0;
+        mean[LN_RISE] = ln(0.1);
+        sd[LN_RISE] = 1.2;
         mean[BASE] = base;
         sd[BASE] = 1.0;
         mean[CURVATURE] = curvature;
@@ -320,7 +326,7 @@ impl<'a> Fitting<'a> {
         let direction = factor.solve(&right);
         // No logarithm moves by more than 1 in a step.
         let largest =
-            direction[..own.min(LN_EDGE + 1)].iter().fold(1.0_f64, |most, step| most.max(step.abs()));
+            direction[..own.min(LN_RISE + 1)].iter().fold(1.0_f64, |most, step| most.max(step.abs()));
         let moved = |share: f64| {
             let mut moved = self.unknowns.clone();
             moved.iter_mut().zip(&direction).for_each(|(value, step)| *value += share / largest * step);
@@ -439,7 +445,11 @@ impl<'a> Fitting<'a> {
     fn finish(self) -> Fit {
         let (own, free) = (self.rod.rod_unknowns(), self.rod.unknowns());
         let linear = self.linearised(free);
-        let matrix = self.precision(&linear.products, &self.forcing, &self.forcing_precision, free);
+        let misfit = misfit(&linear.residuals);
+        // Correlated residuals count as fewer independent ones.
+        let mut weighted = self.forcing;
+        weighted.0[NOISE] += 0.5 * ln(misfit);
+        let matrix = self.precision(&linear.products, &weighted, &self.forcing_precision, free);
         let covariance = match Cholesky::of(matrix, free) {
             Some(factor) => {
                 let inverse = factor.inverse();
@@ -457,8 +467,28 @@ impl<'a> Fitting<'a> {
         unforced[own..].fill(0.0);
         let rms_cm = [rms(&linear.residuals), rms(&self.residuals(&unforced))];
         let rod = self.rod.clone();
-        Fit { rod, unknowns: self.unknowns, covariance, forcing: self.forcing, deviance, rms_cm }
+        Fit { rod, unknowns: self.unknowns, covariance, forcing: self.forcing, deviance, rms_cm, misfit }
     }
+}
+
+/// Blocks of a record and of a stem's free points over which residuals are averaged.
+const BLOCKS: usize = 12;
+const POINTS_A_BLOCK: usize = 3;
+
+/// Mean square of the sums of residuals over blocks of time and stem, over that of independent residuals; at least 1.
+fn misfit(residuals: &[f64]) -> f64 {
+    let frames = residuals.len() / FREE_POINTS;
+    let square = residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64;
+    let block = frames.div_ceil(BLOCKS).max(2);
+    let mut ratios = Vec::new();
+    for rows in residuals.chunks(block * FREE_POINTS) {
+        for first in (0..FREE_POINTS).step_by(POINTS_A_BLOCK) {
+            let near = rows.chunks(FREE_POINTS).flat_map(|row| &row[first..first + POINTS_A_BLOCK]);
+            let (sum, count) = near.fold((0.0, 0.0), |(sum, count), r| (sum + r, count + 1.0));
+            ratios.push(sum * sum / (count * square));
+        }
+    }
+    mean(ratios).max(1.0)
 }
 
 impl Forcing {

@@ -18,6 +18,16 @@ pub const MIN_PLANTS: usize = 3;
 /// Permutations of a test; all, if there are no more.
 const PERMUTATIONS: usize = 20_000;
 
+/// The mean of the values of plants: geometric where all are positive, else arithmetic.
+#[must_use]
+pub fn mean_of(symbol: &str, values: &[f64]) -> Estimate {
+    if values.iter().all(|value| *value > 0.0) {
+        geometric_mean(symbol, values)
+    } else {
+        arithmetic_mean(symbol, values)
+    }
+}
+
 /// The mean of positive values of plants: geometric, with a t interval over plants and the systematic part.
 #[must_use]
 pub fn geometric_mean(symbol: &str, values: &[f64]) -> Estimate {

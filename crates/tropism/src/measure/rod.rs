@@ -1,11 +1,12 @@
 //! The rod that bends: gravity, straightening, light and a forcing of its own turn into curvature.
 //!
 //! A is the angle to the vertical, kappa = dA/ds the curvature, s the distance from the base, a that from the apex. In the zone
-//! that bends, `z(a) = 1 / (1 + exp((a - Lgz) / W))`, the curvature of a piece of tissue changes by
+//! that bends, `z(a) = (1 - exp(-a / D)) / (1 + exp((a - Lgz) / W)) / n`, the curvature of a piece of tissue changes by
 //!
 //! `D kappa / Dt = z(a) (-beta sin A - gamma kappa + nu m cos A + f(t))`
 //!
-//! where m is the lamp (-1 left, 1 right) behind a low-pass filter of time constant tau, and f the forcing (circumnutation, slow
+//! where n is the mean of 1 - exp(-a / D) over Lgz, so that beta and gamma are means over the zone: sensitivity rises from the
+//! apex over the depth D and ends at an edge of width W. m is the lamp (-1 left, 1 right) behind a low-pass filter of time constant tau, and f the forcing (circumnutation, slow
 //! drift). In [`Law::Ace`] tissue is carried from the apex by elongation, which has the profile of z; in [`Law::Ac`] all
 //! elongation is at the very apex. Stretch does not change kappa in either: a curved piece that elongates keeps its curvature.
 //!
@@ -30,16 +31,18 @@ pub(super) const LN_GAMMA: usize = 1;
 pub(super) const LN_ZONE: usize = 2;
 /// The width of the edge as a share of the zone.
 pub(super) const LN_EDGE: usize = 3;
-pub(super) const BASE: usize = 4;
-pub(super) const CURVATURE: usize = 5;
-pub(super) const NU: usize = 6;
-pub(super) const LN_TAU: usize = 7;
+/// The depth over which sensitivity rises from the apex, as a share of the zone.
+pub(super) const LN_RISE: usize = 4;
+pub(super) const BASE: usize = 5;
+pub(super) const CURVATURE: usize = 6;
+pub(super) const NU: usize = 7;
+pub(super) const LN_TAU: usize = 8;
 /// Numbers of the rod without and with light.
-pub(super) const IN_THE_DARK: usize = 6;
-pub(super) const IN_LIGHT: usize = 8;
+pub(super) const IN_THE_DARK: usize = 7;
+pub(super) const IN_LIGHT: usize = 9;
 
 /// Segments of the rod in a fit: a multiple of [`FREE_POINTS`], so that the points of a stem are nodes.
-const SEGMENTS: usize = 27;
+pub(super) const SEGMENTS: usize = 27;
 /// Segments of a virtual plant.
 const FINE_SEGMENTS: usize = 54;
 /// Longest step of the integration (Heun): this share of the record, and at most these hours. A virtual plant is integrated in a
@@ -254,6 +257,7 @@ struct Constants<R> {
     gamma: R,
     zone: R,
     edge: R,
+    rise: R,
     base: R,
     nu: R,
     tau: R,
@@ -272,6 +276,7 @@ fn run<R: Real, const N: usize>(
         gamma: ln(LN_GAMMA),
         zone: ln(LN_ZONE),
         edge: ln(LN_EDGE) * ln(LN_ZONE),
+        rise: ln(LN_RISE) * ln(LN_ZONE),
         base: unknowns[BASE],
         nu: if rod.is_lit { unknowns[NU] } else { none },
         tau: if rod.is_lit { ln(LN_TAU) } else { R::splat(1.0) },
@@ -332,10 +337,15 @@ fn advance<R: Real, const N: usize>(
     // An edge that is much sharper than the segments would make the likelihood a staircase.
     let sharpest = LEAST_EDGE * piece;
     let per_edge = R::splat(1.0) / (constants.edge * constants.edge + sharpest * sharpest).sqrt();
+    let one = R::splat(1.0);
+    let per_rise = one / constants.rise;
+    let per_mean =
+        one / (one - constants.rise / constants.zone * (one - math::exp(constants.zone * per_rise * -1.0)));
     let mut sum = R::splat(0.0);
     for segment in 0..N {
         let from_apex = length - (segment as f64 + 0.5) * piece;
-        zone[segment] = math::logistic((constants.zone - from_apex) * per_edge);
+        let risen = (one - math::exp(per_rise * -from_apex)) * per_mean;
+        zone[segment] = math::logistic((constants.zone - from_apex) * per_edge) * risen;
         sum += zone[segment];
     }
     // Velocity of tissue less that of the segment, which stays at its share of the length; at most 0.
@@ -430,7 +440,7 @@ mod tests {
         let mut record = StemRecord::of_frames(frames, 37).unwrap();
         record.length_cm.iter_mut().zip(&record.times_h).for_each(|(length, time)| *length += 0.3 * time);
         let rod = Rod::new(&record, law, true, 12);
-        let mut unknowns = vec![0.3, 0.5, 5.0, 0.2].into_iter().map(math::ln).collect::<Vec<f64>>();
+        let mut unknowns = vec![0.3, 0.5, 5.0, 0.2, 0.1].into_iter().map(math::ln).collect::<Vec<f64>>();
         unknowns.extend([1.1, 0.02, 0.1, -0.7]);
         unknowns.extend((0..12).map(|knot| 0.05 * f64::from(knot % 3 - 1)));
         (rod, unknowns)
@@ -479,6 +489,7 @@ mod tests {
         unknowns.truncate(IN_LIGHT);
         unknowns.resize(rod.unknowns(), 0.0);
         (unknowns[LN_ZONE], unknowns[BASE], unknowns[NU]) = (math::ln(50.0), 0.1, 0.0);
+        unknowns[LN_RISE] = math::ln(1e-3);
         let places = rod.fine_places(&unknowns);
         let last = &places[places.len() - 2 * FREE_POINTS..];
         let angle = |k: usize| math::atan2(last[2 * k + 2] - last[2 * k], last[2 * k + 3] - last[2 * k + 1]);
