@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use tropism::lamps::{Layout, Light};
-use tropism::lighting::{Allowed, Lighting};
+use tropism::lighting::Lighting;
 use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, Rig, RigError, SideView};
 use tropism::rig::{Durability, FaultPolicy, LampsInView};
 use tropism::track::PAPER_PERIOD_MIN;
@@ -200,13 +200,6 @@ impl RigFile {
     pub fn layout(&self) -> Result<Layout, RigFileError> {
         let of_tent = || self.greenhouse.as_ref().map_or_else(Layout::default, |tent| tent.layout.clone());
         self.lamps.as_ref().map_or_else(|| Ok(of_tent()), LampsTable::layout).map_err(RigFileError)
-    }
-
-    /// Which lamps may shine together.
-    #[must_use]
-    pub fn allowed(&self) -> Allowed {
-        let of_tent = self.greenhouse.as_ref().map(|tent| tent.allowed);
-        self.lamps.as_ref().map(|lamps| lamps.allowed).or(of_tent).unwrap_or_default()
     }
 
     /// How photographs of this rig map to centimetres.
