@@ -303,7 +303,8 @@ impl Journal {
     /// # Errors
     /// [`JournalError::Sqlite`].
     pub fn record_decision(&self, step: u32, lighting: impl Into<Lighting>) -> Result<(), JournalError> {
-        self.write("decided", &[lighting.into().to_string().into(), step.into()])
+        let lighting: Lighting = lighting.into();
+        self.write("decided", &[lighting.to_string().into(), step.into()])
     }
 
     /// Records that the lamps confirmed the decision of a step.

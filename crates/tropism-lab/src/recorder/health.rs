@@ -91,7 +91,7 @@ impl Streaks {
             lamp: 0,
             mismatch: last(&|index, step| {
                 let before = steps[..index].iter().rev().find_map(|step| step.decided);
-                before.is_some() && step.lit.is_some_and(|lit| Some(lit.into()) != before)
+                before.is_some() && step.lit.is_some_and(|lit| before != Some(Lighting::from(lit)))
             }),
             frozen: last(&is_frozen),
         }
