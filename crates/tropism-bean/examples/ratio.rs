@@ -15,7 +15,8 @@ use tropism::lighting::FULL;
 use tropism::prelude::*;
 use tropism_bean::{Species, Trial};
 
-/// Gains that are tried, per cm: at 1 the whole light goes to one side from half a centimetre on.
+/// Gains that are tried, per cm. At 1 `ratio` gives all light to one side from half a centimetre on, and `level` full
+/// power from one centimetre on.
 const GAINS: [f64; 7] = [0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
 
 /// Distance of a target whose height was never reached, in cm.
@@ -100,7 +101,7 @@ fn main() {
         [("switch", Rule::Switch), ("level", Rule::Level(choose(0))), ("ratio", Rule::Ratio(choose(1)))];
     for (name, seeds) in ["chosen on", "unseen"].into_iter().zip(halves) {
         println!("\n{plants} virtual beans, {name}");
-        println!("rule      gain    fitness    over switch           sum of distances, cm    over switch");
+        println!("rule      gain    fitness    over switch             sum of distances, cm    over switch");
         let switched = grow(Rule::Switch, seeds.clone());
         for (word, rule) in rules {
             let runs = grow(rule, seeds.clone());
@@ -117,7 +118,7 @@ fn main() {
                 Rule::Level(gain) | Rule::Ratio(gain) => gain.to_string(),
             };
             let distance = mean(runs.iter().map(|run| run[1])).0;
-            println!("{word:<10}{gain:<8}{:<11.2}{:<22}{distance:<24.2}{}", fitness(&runs), over(0), over(1));
+            println!("{word:<10}{gain:<8}{:<11.2}{:<24}{distance:<24.2}{}", fitness(&runs), over(0), over(1));
         }
     }
 }
