@@ -32,6 +32,7 @@ fn model(steps: u32) -> TipModel {
             stem: None,
             depth: None,
             light: Some(if phase < 40 { Light::RIGHT } else { Light::LEFT }),
+            levels: None,
             quality: Quality::Measured,
         }
     });

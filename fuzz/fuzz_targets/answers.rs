@@ -24,7 +24,7 @@ fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
 
 fuzz_target!(|answer: &[u8]| {
     if let Ok(state) = WledState::parse(answer) {
-        let (lit, dark) = (LAMP.confirm(&state, true), LAMP.confirm(&state, false));
+        let (lit, dark) = (LAMP.confirm(&state, 255), LAMP.confirm(&state, 0));
         assert!(lit.is_err() || dark.is_err(), "a lamp is lit or dark");
     }
     let _ = WledInfo::parse(answer);

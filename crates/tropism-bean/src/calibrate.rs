@@ -20,7 +20,7 @@ use tropism::math::{self, matrix};
 use tropism::observation::Quality;
 use tropism::track::Track;
 
-use super::{Bean, Fluctuation, Individual, Species, lamp_powers};
+use super::{Bean, Fluctuation, Individual, Species};
 use crate::detector;
 
 /// Estimated parameters: the key of the bean file, the letter of the literature, the unit.
@@ -180,8 +180,7 @@ fn logarithmic(variation: f64) -> f64 {
 impl<'t> Fit<'t> {
     fn new(track: &'t Track, period_min: f64, species: &'t Species) -> Result<Self, CalibrateError> {
         let is_measured = |sample: &&tropism::track::Sample| sample.quality != Quality::CarriedForward;
-        let measured =
-            track.samples.iter().filter(is_measured).filter(|sample| sample.light.is_some()).count();
+        let measured = track.samples.iter().filter(is_measured).filter(|sample| !sample.is_dark()).count();
         if measured < FEWEST {
             return Err(CalibrateError::Short(measured));
         }
@@ -249,8 +248,8 @@ impl<'t> Fit<'t> {
         for (index, sample) in samples.iter().enumerate() {
             seen.push(look(&bean));
             let steps = samples.get(index + 1).map_or(0, |next| next.step - sample.step);
-            let lit = sample.light.filter(|light| self.track.layout.contains(*light));
-            bean.advance(&lamp_powers(lit), f64::from(steps) * self.period_min);
+            let lit = sample.lighting().within(&self.track.layout);
+            bean.advance(&lit.powers(), f64::from(steps) * self.period_min);
         }
         seen
     }

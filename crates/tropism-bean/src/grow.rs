@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use tropism::control::Controller;
 use tropism::environment::{Environment, Recording, run, unwatched};
 use tropism::lamps::{Layout, Light, MAX_LAMPS};
+use tropism::lighting::Lighting;
 use tropism::observation::Observation;
 use tropism::obstacle::Solid;
 use tropism::random::{self, Purpose};
@@ -24,11 +25,6 @@ pub fn lamp_powers(light: Option<Light>) -> [f64; MAX_LAMPS] {
         powers[light.index()] = 1.0;
     }
     powers
-}
-
-/// The powers of the lamps of `layout` for a light; all dark where it has no such lamp.
-fn powers_in(layout: &Layout, light: Light) -> [f64; MAX_LAMPS] {
-    lamp_powers(Some(light).filter(|light| layout.contains(*light)))
 }
 
 /// Observes a bean without photographs, and records its ground truth.
@@ -104,8 +100,12 @@ impl Environment for Specimen {
     }
 
     fn step(&mut self, light: Light) -> Result<(), Infallible> {
-        let powers = if self.is_dark { lamp_powers(None) } else { powers_in(&self.layout, light) };
-        self.bean.advance(&powers, self.period_min);
+        self.shine(light.into())
+    }
+
+    fn shine(&mut self, lighting: Lighting) -> Result<(), Infallible> {
+        let lighting = if self.is_dark { Lighting::DARK } else { lighting.within(&self.layout) };
+        self.bean.advance(&lighting.powers(), self.period_min);
         Ok(())
     }
 
@@ -149,7 +149,7 @@ impl Specimen {
 /// A grown track with its ground truth; of a plant in the dark without the lights that the controller asked for.
 fn finished(observer: Observer, mut track: Track, is_dark: bool) -> Track {
     if is_dark {
-        track.samples.iter_mut().for_each(|sample| sample.light = None);
+        track.samples.iter_mut().for_each(|sample| sample.set_lighting(Lighting::DARK));
     }
     observer.complete(track)
 }
@@ -282,7 +282,7 @@ impl<'s> Trial<'s> {
                 let watch = &mut |sample: &Sample| watch(plant.place, sample);
                 match plant.recording.decide(seen, 0, &mut plant.controller, task, watch) {
                     Some(_) if self.is_dark => powers.push(lamp_powers(None)),
-                    Some(light) => powers.push(powers_in(&self.layout, light)),
+                    Some(lighting) => powers.push(lighting.within(&self.layout).powers()),
                     None => {
                         let plant = growing.swap_remove(powers.len());
                         population.beans.swap_remove(powers.len());

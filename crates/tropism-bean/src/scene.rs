@@ -9,6 +9,7 @@
 use serde::{Deserialize, Serialize};
 use tropism::check::{OutOfRange, within};
 use tropism::lamps::{Layout, Light};
+use tropism::lighting::{FULL, Lighting};
 use tropism::math;
 use tropism::math::vector::{Vec3, add, dot, norm, normalize_or, scale, sub};
 
@@ -123,41 +124,44 @@ impl Scene {
 }
 
 /// Light sources that are on, in the coordinates of a camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Lighting {
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct LightSources {
     flash: f64,
     lamp: f64,
     glow: f64,
-    lit: Option<Lit>,
+    lit: Vec<Lit>,
 }
 
 /// A lit lamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Lit {
-    light: Light,
+pub(super) struct Lit {
+    pub(super) light: Light,
     /// Where its light comes from, in the camera's coordinates, in cm.
-    bulb: Vec3,
+    pub(super) bulb: Vec3,
+    /// Its power, above 0 and at most 1.
+    pub(super) power: f64,
 }
 
-impl Lighting {
-    /// `lit` is dark where `layout` has no such lamp.
-    pub(super) fn new(scene: &Scene, layout: &Layout, lit: Option<Light>, flash: bool, view: View) -> Self {
-        let lit = lit.and_then(|light| {
-            let lamp = layout.lamps().get(light.index())?;
-            Some(Lit { light, bulb: view.to_camera(bulb(lamp.at)) })
-        });
+impl LightSources {
+    /// Lamps that `layout` does not have are dark.
+    pub(super) fn new(scene: &Scene, layout: &Layout, lighting: Lighting, flash: bool, view: View) -> Self {
+        let lit = |(light, level): (Light, u8)| {
+            let bulb = view.to_camera(bulb(layout.lamps().get(light.index())?.at));
+            Some(Lit { light, bulb, power: f64::from(level) / f64::from(FULL) })
+        };
         Self {
             flash: if flash { scene.flash * scene.exposure } else { 0.0 },
             lamp: scene.lamp * scene.exposure,
             glow: scene.glow,
-            lit,
+            lit: lighting.lit().filter_map(lit).collect(),
         }
     }
 
     /// Irradiance of a surface at `place` with unit `normal`. `wrap` is 0 for a Lambertian surface and larger for translucent
     /// ones (wrapped diffuse lighting).
     pub(super) fn at(&self, place: Vec3, normal: Vec3, wrap: f64) -> Rgb {
-        let direct = add(self.by_flash(place, normal, wrap), self.by_lamp(place, normal, wrap));
+        let lamps = self.sum(|lit| self.by_lamp(lit, place, normal, wrap));
+        let direct = add(self.by_flash(place, normal, wrap), lamps);
         add(self.bounced(), direct)
     }
 
@@ -176,13 +180,17 @@ impl Lighting {
         scale(FLASH_TINT, self.flash * (1.0 - BOUNCE) * direct)
     }
 
-    /// Direct irradiance from the lit lamp.
-    pub(super) fn by_lamp(&self, place: Vec3, normal: Vec3, wrap: f64) -> Rgb {
-        let Some(lit) = self.lit else { return [0.0; 3] };
+    /// The sum of what `shine` says of each lit lamp.
+    pub(super) fn sum(&self, shine: impl Fn(Lit) -> Rgb) -> Rgb {
+        self.lit.iter().fold([0.0; 3], |sum, &lit| add(sum, shine(lit)))
+    }
+
+    /// Direct irradiance from a lit lamp.
+    pub(super) fn by_lamp(&self, lit: Lit, place: Vec3, normal: Vec3, wrap: f64) -> Rgb {
         let to_lamp = sub(lit.bulb, place);
         let far = norm(to_lamp).max(LAMP_RADIUS);
         let direct = (35.0 / far) * (35.0 / far) * lambert(dot(to_lamp, normal) / far, wrap);
-        scale(LAMP_TINT, self.lamp * direct)
+        scale(LAMP_TINT, self.lamp * lit.power * direct)
     }
 
     /// Blinn-Phong highlights of the lights on a glossy surface at `place`.
@@ -193,24 +201,20 @@ impl Lighting {
             math::pow(dot(half, normal).max(0.0), 30.0)
         };
         let flash = scale(FLASH_TINT, self.flash * spot(FLASH));
-        let lamp = |lit: Lit| scale(LAMP_TINT, 2.0 * self.lamp * spot(lit.bulb));
-        add(flash, self.lit.map_or([0.0; 3], lamp))
+        let lamp = |lit: Lit| scale(LAMP_TINT, 2.0 * self.lamp * lit.power * spot(lit.bulb));
+        add(flash, self.sum(lamp))
     }
 
-    /// Veiling glare of the lit lamp at `far` cm from its coil in the plane of the pot's axis: a steep core and a faint wide
+    /// Veiling glare of a lit lamp at `far` cm from its coil in the plane of the pot's axis: a steep core and a faint wide
     /// skirt. Amplitudes and widths chosen by hand on photographs.
-    pub(super) fn veil(&self, far: f64) -> Rgb {
+    pub(super) fn veil(&self, lit: Lit, far: f64) -> Rgb {
         let falloff = 6.0 * math::exp(-far / 0.9) + 0.10 * math::exp(-far / 4.5);
-        scale(LAMP_TINT, self.lamp * self.glow / 0.20 * falloff)
+        scale(LAMP_TINT, self.lamp * lit.power * self.glow / 0.20 * falloff)
     }
 
-    /// Where the light of the lit lamp comes from, in the camera's coordinates, in cm.
-    pub(super) fn bulb(&self) -> Option<Vec3> {
-        self.lit.map(|lit| lit.bulb)
-    }
-
-    pub(super) fn lit(&self) -> Option<Light> {
-        self.lit.map(|lit| lit.light)
+    /// The power of a lamp, 0 if it is dark.
+    pub(super) fn power(&self, light: Light) -> f64 {
+        self.lit.iter().find(|lit| lit.light == light).map_or(0.0, |lit| lit.power)
     }
 }
 
@@ -245,9 +249,9 @@ mod tests {
     #[test]
     fn light_falls_off_and_adds_up() {
         let scene = Scene::default();
-        let light = |lit, flash, place, normal| {
-            let lighting = Lighting::new(&scene, &Layout::wahby2016(), lit, flash, View::Front);
-            lighting.at(place, normal, 0.0)
+        let light = |lit: Option<Light>, flash, place, normal| {
+            let sources = LightSources::new(&scene, &Layout::wahby2016(), lit.into(), flash, View::Front);
+            sources.at(place, normal, 0.0)
         };
         let [low, high] = [2.0, 25.0].map(|y| light(None, true, [0.0, y, 0.0], [0.0, 1.0, 0.0]));
         assert!(high[1] > 1.4 * low[1], "{high:?} {low:?}");
@@ -258,5 +262,13 @@ mod tests {
             assert!((lamp[band] + flash[band] - both[band]).abs() < 1e-12);
         }
         assert!(lamp[2] > lamp[0]);
+        let at = |lighting| {
+            let sources = LightSources::new(&scene, &Layout::wahby2016(), lighting, false, View::Front);
+            sources.at([3.0, 15.0, 0.0], [0.0, 1.0, 0.0], 0.0)
+        };
+        let [left, half] = [Lighting::only(Light::LEFT), Lighting::DARK.with(Light::RIGHT, 51)].map(at);
+        let together = at(Lighting::only(Light::LEFT).with(Light::RIGHT, 51));
+        assert!((left[2] + half[2] - together[2]).abs() < 1e-12);
+        assert!((at(Lighting::only(Light::RIGHT))[2] - 5.0 * half[2]).abs() < 1e-12);
     }
 }

@@ -14,6 +14,7 @@ use tropism::environment::{Environment, run};
 use tropism::geometry::space::SpacePoint;
 use tropism::geometry::{Point, Region};
 use tropism::lamps::{Layout, Light};
+use tropism::lighting::{Allowed, Lighting};
 use tropism::observation::Observation;
 use tropism::obstacle::{Pole, Solid};
 use tropism::photo::Photo;
@@ -30,7 +31,7 @@ use super::render::{Renderer, Truth};
 use super::scene::Scene;
 use super::solid::covers_base;
 use super::view::{self, CAMERA, Frame, View};
-use super::{Bean, Species, Trial, lamp_powers};
+use super::{Bean, Species, Trial};
 
 /// A virtual tent and the plant in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,6 +47,9 @@ pub struct Greenhouse {
     /// The lamps. Default: the paper's two. A lamp behind the back wall stands in an opening of the cloth.
     #[serde(skip_serializing_if = "is_papers")]
     pub layout: Layout,
+    /// Which lamps may be lit together. Default: one at a time, at full power.
+    #[serde(skip_serializing_if = "Allowed::is_one")]
+    pub allowed: Allowed,
     /// Solids through which no stem passes. Default: none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub solids: Vec<Solid>,
@@ -60,6 +64,7 @@ impl Default for Greenhouse {
             bean: Species::default(),
             scene: Scene::default(),
             layout: Layout::default(),
+            allowed: Allowed::One,
             solids: Vec::new(),
             faults: Faults::default(),
         }
@@ -82,6 +87,9 @@ pub enum GreenhouseError {
     /// A solid.
     #[error("greenhouse.{0}")]
     Solids(OutOfRange),
+    /// Limits of the lamps.
+    #[error("greenhouse.allowed: {0}")]
+    Allowed(OutOfRange),
     /// A fault rate.
     #[error("greenhouse.faults: {0}")]
     Faults(OutOfRange),
@@ -107,8 +115,11 @@ const ABOVE_SOIL: f64 = 0.6;
 pub struct GroundTruth {
     /// Number of the step and of its photographs.
     pub step: u64,
-    /// The lamp that is lit in the photograph.
+    /// The lamp that is lit in the photograph, alone and at full power.
     pub lit: Option<Light>,
+    /// The levels of the lamps in the photograph, where `lit` cannot say them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub levels: Option<Lighting>,
     /// Faults of the photograph of the front camera.
     pub faults: Vec<Fault>,
     /// Faults of the photograph of the side camera, if there is one.
@@ -135,7 +146,8 @@ struct Tent {
     renderer: Renderer,
     /// The side camera, if there is one.
     side: Option<Renderer>,
-    lit: Option<Light>,
+    allowed: Allowed,
+    lit: Lighting,
     has_flash: bool,
     now_min: f64,
     /// Ground truth by step.
@@ -154,8 +166,8 @@ impl Tent {
                 if is_repeated { self.photograph(view) } else { None }
             });
             let has_failed = has_fault(&self.fault_events(View::Front, 0), Fault::LampFails);
-            let lit = self.lit.filter(|light| !has_failed && self.layout.contains(*light));
-            self.bean.advance(&lamp_powers(lit), minutes - self.now_min);
+            let lit = if has_failed { Lighting::DARK } else { self.lit.within(&self.layout) };
+            self.bean.advance(&lit.powers(), minutes - self.now_min);
             self.now_min = minutes;
         }
         self.note_truth();
@@ -165,9 +177,11 @@ impl Tent {
         let (pose, step, events) = (self.bean.pose(), self.frame(), self.fault_events(View::Front, 0));
         let faults = |events: &[FaultEvent]| events.iter().map(|event| event.fault).collect();
         let side = self.side.as_ref().map(|_| self.fault_events(View::Side, 0));
+        let lit = if has_fault(&events, Fault::LampFails) { Lighting::DARK } else { self.lit };
         let truth = GroundTruth {
             step,
-            lit: self.lit.filter(|_| !has_fault(&events, Fault::LampFails)),
+            lit: lit.single().flatten(),
+            levels: lit.single().is_none().then_some(lit),
             faults: faults(&events),
             side_faults: side.as_deref().map_or_else(Vec::new, faults),
             front: self.renderer.truth(&pose),
@@ -213,6 +227,7 @@ impl Greenhouse {
             .map_err(GreenhouseError::Variation)?;
         self.bean.check().map_err(GreenhouseError::Bean)?;
         self.scene.check().map_err(GreenhouseError::Scene)?;
+        self.allowed.check().map_err(GreenhouseError::Allowed)?;
         self.check_solids().map_err(GreenhouseError::Solids)?;
         self.faults.check().map_err(GreenhouseError::Faults)
     }
@@ -367,7 +382,8 @@ impl Greenhouse {
             renderer: Renderer::new(&self.scene, seed).under(&self.layout).among(&self.solids),
             side: (self.scene.cameras > 1)
                 .then(|| Renderer::at(View::Side, &self.scene, seed).under(&self.layout).among(&self.solids)),
-            lit: None,
+            allowed: self.allowed,
+            lit: Lighting::DARK,
             has_flash: false,
             now_min: 0.0,
             truths: BTreeMap::new(),
@@ -422,7 +438,11 @@ impl Environment for Growing {
     }
 
     fn step(&mut self, light: Light) -> Result<(), Infallible> {
-        self.handle.0.borrow_mut().lit = Some(light);
+        self.shine(light.into())
+    }
+
+    fn shine(&mut self, lighting: Lighting) -> Result<(), Infallible> {
+        self.handle.0.borrow_mut().lit = lighting;
         self.step += 1;
         Ok(())
     }
@@ -512,19 +532,22 @@ impl Camera for SideHandle {
 
 impl Lamps for TentHandle {
     fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
+        self.shine(light.into())
+    }
+
+    fn shine(&mut self, lighting: Lighting) -> Result<(), RigError> {
         let tent = &mut *self.0.borrow_mut();
-        if light.is_some_and(|light| !tent.layout.contains(light)) {
+        let error = |problem| RigError::Device { device: "virtual tent".to_owned(), problem };
+        if let Some((light, _)) = lighting.lit().find(|(light, _)| !tent.layout.contains(*light)) {
             let lamps: Vec<&str> = tent.layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect();
-            return Err(RigError::Device {
-                device: "virtual tent".to_owned(),
-                problem: format!(
-                    "found a light for lamp {}, wanted {} or dark",
-                    tent.layout.name(light),
-                    lamps.join(", ")
-                ),
-            });
+            return Err(error(format!(
+                "found a light for lamp {}, wanted {} or dark",
+                tent.layout.name(Some(light)),
+                lamps.join(", ")
+            )));
         }
-        tent.lit = light;
+        tent.allowed.permit(lighting).map_err(|problem| error(problem.to_string()))?;
+        tent.lit = lighting;
         Ok(())
     }
 }
@@ -546,9 +569,9 @@ impl Clock for TentHandle {
         ControlFlow::Continue(())
     }
 
-    fn replay(&mut self, light: Option<Light>, until: Duration) {
+    fn replay(&mut self, lighting: Lighting, until: Duration) {
         let mut tent = self.0.borrow_mut();
-        tent.lit = light;
+        tent.lit = lighting;
         tent.advance_to(until.as_secs_f64() / 60.0);
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use tropism::geometry::{Pixel, Region, STEM_POINTS};
-use tropism::lamps::Light;
+use tropism::lighting::Lighting;
 use tropism::photo::Image;
 use tropism::rig::{Event, EventKind};
 use tropism::track::Track;
@@ -154,7 +154,8 @@ impl FinishedRun {
         let lights = lights_that_acted(&steps);
         let stride = stride(steps.len());
         let drawn = steps.into_iter().zip(lights).step_by(stride).filter(|(step, _)| step.seen.is_measured());
-        let stem = |(step, light): (StepRecord, Option<Light>)| {
+        let stem = |(step, lighting): (StepRecord, Lighting)| {
+            let light = lighting.single().flatten();
             Some((step.seen.observation?.stem?.resampled(STEM_POINTS), light))
         };
         Ok(drawn.filter_map(stem).collect())

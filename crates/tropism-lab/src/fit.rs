@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tropism::lighting::Lighting;
 use tropism::math::statistics::range;
 use tropism::observation::Quality;
 use tropism::plant::tip::TipModelConfig;
@@ -118,9 +119,9 @@ impl Workflow for FitPlan {
 /// Takes the light of the steps that the column `done` of an export calls unconfirmed, and counts them.
 fn darken_unconfirmed(track: &mut Track) -> usize {
     let Some(done) = track.numbers("done") else { return 0 };
-    let is_unconfirmed = |(sample, done): &(&mut Sample, f64)| sample.light.is_some() && *done == 0.0;
+    let is_unconfirmed = |(sample, done): &(&mut Sample, f64)| !sample.is_dark() && *done == 0.0;
     let unconfirmed = track.samples.iter_mut().zip(done).filter(is_unconfirmed);
-    unconfirmed.map(|(sample, _)| sample.light = None).count()
+    unconfirmed.map(|(sample, _)| sample.set_lighting(Lighting::DARK)).count()
 }
 
 /// An error that names each uncertain track and what speaks against it.

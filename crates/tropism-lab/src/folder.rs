@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use tropism::lamps::Light;
+use tropism::lighting::Lighting;
 use tropism::photo::Photo;
 use tropism::rig::{Durability, Event, EventKind};
 use tropism::track::{Column, Track};
@@ -271,7 +271,7 @@ impl RunFolder {
         let mut in_track = track.samples.iter().map(|sample| sample.step).peekable();
         let steps = self.steps()?;
         let acted = lights_that_acted(&steps);
-        let (steps, acted): (Vec<StepRecord>, Vec<Option<Light>>) = steps
+        let (steps, acted): (Vec<StepRecord>, Vec<Lighting>) = steps
             .into_iter()
             .zip(acted)
             .filter(|(step, _)| in_track.next_if_eq(&step.step).is_some())
@@ -280,8 +280,10 @@ impl RunFolder {
             Column::parsed(name, steps.iter().map(value).collect())
         };
         let mut acting = track.clone();
-        for (sample, light) in acting.samples.iter_mut().zip(&acted) {
-            sample.light = sample.light.and(*light);
+        for (sample, lighting) in acting.samples.iter_mut().zip(&acted) {
+            if sample.lighting() != Lighting::DARK {
+                sample.set_lighting(*lighting);
+            }
         }
         let mut written = acting.clone();
         written.columns = vec![
@@ -291,7 +293,7 @@ impl RunFolder {
             column("class", &|step| step.seen.status.to_string()),
         ];
         if acting.samples != track.samples {
-            let names = track.samples.iter().map(|sample| track.layout.name(sample.light).to_owned());
+            let names = track.samples.iter().map(|sample| sample.lighting().word(&track.layout));
             written.columns.push(Column::text("decided", names.collect()));
         }
         if written.samples.iter().any(|sample| sample.stem.is_some() || sample.depth.is_some()) {

@@ -131,8 +131,8 @@ fn observed(steps: &[StepRecord]) -> Vec<Observed> {
     let last = steps.len().saturating_sub(1);
     let sample = |(index, (step, acted)): (usize, (&StepRecord, _))| {
         let seen = step.observation()?.clone();
-        let light = if index == last { step.decided } else { acted };
-        let sample = Sample::of(seen, step.step, step.time_s, light);
+        let lighting = if index == last { step.decided.unwrap_or_default() } else { acted };
+        let sample = Sample::of(seen, step.step, step.time_s, lighting);
         Some(Observed { sample, is_decided: step.decided.is_some() })
     };
     steps.iter().zip(lights_that_acted(steps)).enumerate().filter_map(sample).collect()
@@ -164,6 +164,7 @@ pub(crate) fn without_gaps(samples: impl IntoIterator<Item = Sample>) -> Vec<Sam
                 step: before.step + 1,
                 quality: Quality::CarriedForward,
                 light: None,
+                levels: None,
                 ..before
             });
         }
@@ -259,6 +260,7 @@ mod tests {
             time_s: 0.0,
             tip: tropism::geometry::Point::new(f64::from(step), 4.0),
             light: Some(Light::LEFT),
+            levels: None,
             quality: Quality::Measured,
             stem: None,
             depth: None,

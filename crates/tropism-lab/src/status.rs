@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::control::TargetOutlook;
-use tropism::lamps::Light;
+use tropism::lighting::Lighting;
 use tropism::observation::Quality;
 use tropism::rig::{Event, EventKind};
 use tropism::track::Sample;
@@ -97,9 +97,9 @@ pub struct RunStatus {
     /// The latest tip, in cm above the soil.
     pub tip_y_cm: Option<f64>,
     /// The latest decision.
-    pub lamp: Option<Light>,
-    /// The lamp that may still be lit though no program works on the run; of real plants.
-    pub still_lit: Option<Light>,
+    pub lamp: Option<Lighting>,
+    /// The lamps that may still be lit though no program works on the run; of real plants.
+    pub still_lit: Option<Lighting>,
     /// File of the latest photograph.
     pub photograph: Option<PathBuf>,
     /// Its age in seconds.

@@ -11,6 +11,7 @@ use tropism::control::{Greedy, Periodic};
 use tropism::environment::{run, unwatched};
 use tropism::geometry::{Pixel, Point, Region};
 use tropism::lamps::{Layout, Light};
+use tropism::lighting::Lighting;
 use tropism::photo::{Image, Photo};
 use tropism::rig::{Boot, Camera, Clock, Flash, Lamps, Moment, OnExit, Rig, RigError};
 use tropism::rig::{
@@ -180,9 +181,9 @@ impl Clock for Hand {
         self.0.borrow().wrong.is_real.then_some(boot)
     }
 
-    fn replay(&mut self, light: Option<Light>, until: Duration) {
+    fn replay(&mut self, lighting: Lighting, until: Duration) {
         let mut tent = self.0.borrow_mut();
-        tent.lit = light;
+        tent.lit = lighting.single().flatten();
         tent.advance_to(until.as_secs_f64() / 60.0);
     }
 }
@@ -321,7 +322,7 @@ fn the_journal_holds_what_was_seen_and_done() {
     let rows = world.folder().steps().unwrap();
     assert_eq!(rows.len(), SAMPLES);
     for (row, sample) in rows.iter().zip(&track.samples) {
-        assert_eq!(row.decided, sample.light);
+        assert_eq!(row.decided, sample.light.map(Lighting::only));
         assert_eq!(row.is_confirmed, sample.light.is_some());
         let bytes = std::fs::read(reference.path().join("photographs").join(&row.photo)).unwrap();
         assert_eq!((row.photo_bytes, &row.photo_sha256), (bytes.len() as u64, &files::sha256(&bytes)));
@@ -675,7 +676,7 @@ fn a_camera_that_fails_for_longer_costs_steps_in_which_nothing_is_decided() {
     let missed = outcome.events.iter().filter(|(_, kind)| *kind == EventKind::Missed).count();
     assert_eq!(missed, 2);
     assert!(outcome.hand.0.borrow().lights[1..].contains(&None), "dark meanwhile");
-    assert_eq!(track.samples[12].light, outcome.rows[12].decided);
+    assert_eq!(Some(track.samples[12].lighting()), outcome.rows[12].decided);
 }
 
 #[test]
@@ -898,7 +899,7 @@ fn a_lamp_that_says_it_obeys_and_does_not_is_seen_in_the_photograph() {
     assert_eq!(outcome.rows[1].lit, Some(None));
     let folder = tempfile::tempdir().unwrap();
     let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), None);
-    let seen: Vec<_> = outcome.rows[1..].iter().map(|row| row.lit.unwrap()).collect();
+    let seen: Vec<_> = outcome.rows[1..].iter().map(|row| row.lit.unwrap().map(Lighting::only)).collect();
     let decided: Vec<_> = outcome.rows[..STEPS as usize].iter().map(|row| row.decided).collect();
     assert_eq!(seen, decided);
 }
@@ -940,7 +941,7 @@ fn a_run_that_is_asked_to_end_ends_while_it_waits_and_goes_on_with_its_lamp_lit_
     assert_eq!(outcome.hand.0.borrow().lights.last(), Some(&None), "dark when it ends");
     let wrong = Wrong { is_real: true, ..Wrong::default() };
     let (world, hand) = open_with(folder.path(), true, wrong, Supervision::default()).unwrap();
-    let lit = world.folder().steps().unwrap()[rows - 1].decided;
+    let lit = world.folder().steps().unwrap()[rows - 1].decided.and_then(Lighting::brightest);
     assert!(lit.is_some());
     assert_eq!(hand.0.borrow().lights, [lit], "before anything else");
     drop(world);
@@ -1006,9 +1007,10 @@ fn the_light_of_a_row_is_the_one_that_acted() {
     let acted = world.folder().write_track(&decided).unwrap();
     let mut is_any_false = false;
     for (index, row) in outcome.rows[..STEPS as usize].iter().enumerate() {
-        let is_false = !row.is_confirmed || outcome.rows[index + 1].lit != Some(row.decided);
+        let is_false = !row.is_confirmed || outcome.rows[index + 1].lit.map(Lighting::from) != row.decided;
         is_any_false |= is_false && row.is_confirmed;
-        assert_eq!(acted.samples[index].light, row.decided.filter(|_| !is_false), "step {index}");
+        let wanted = row.decided.filter(|_| !is_false).unwrap_or_default();
+        assert_eq!(acted.samples[index].lighting(), wanted, "step {index}");
     }
     assert!(is_any_false, "a lamp was found dark that had been confirmed");
     let refused: Vec<u32> = (10..13).collect();

@@ -10,11 +10,12 @@ use std::path::Path;
 use std::time::Duration;
 
 use small_tent::small_tent;
-use tropism::control::Periodic;
+use tropism::control::{Controller, Periodic};
 use tropism::environment::run;
 use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
-use tropism::observation::Quality;
+use tropism::lighting::{Allowed, Lighting};
+use tropism::observation::{Observation, Quality};
 use tropism::photo::Photo;
 use tropism::plant::FittedModel;
 use tropism::plant::PlantModel;
@@ -38,6 +39,18 @@ type Recorded = (Track, Vec<Point>, BTreeMap<u64, Vec<u8>>);
 
 /// Goes on with the run in `path` for at most `samples`.
 fn record(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Recorded {
+    let mut periodic = Periodic::new(30, &Layout::default()).starting_with(Light::RIGHT);
+    record_under(&mut periodic, greenhouse, path, steps, samples)
+}
+
+/// [`record`] under a controller.
+fn record_under(
+    controller: &mut dyn Controller,
+    greenhouse: &Greenhouse,
+    path: &Path,
+    steps: u32,
+    samples: usize,
+) -> Recorded {
     let (device, tracker) = greenhouse.open(3, 5.0, &VisionConfig::default()).unwrap();
     let hand = || device.clone();
     let rig = Rig::new(hand(), hand(), hand(), hand(), tracker, Duration::from_secs(300));
@@ -50,14 +63,55 @@ fn record(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> R
         left -= 1;
         if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let mut controller = Periodic::new(30, &Layout::default()).starting_with(Light::RIGHT);
-    let track = run(&mut world, &mut controller, &Task::open_loop(steps), &mut watch).unwrap();
+    let track = run(&mut world, controller, &Task::open_loop(steps), &mut watch).unwrap();
     let truth = String::from_utf8(device.truth_csv()).unwrap();
     let top = |line: &str| {
         let numbers: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
         Point::new(numbers[1], numbers[2])
     };
     (track, truth.lines().skip(1).map(top).collect(), side)
+}
+
+/// Shares the light of one lamp between both by where the tip is.
+struct Sharing;
+
+impl Controller for Sharing {
+    fn decide(&mut self, seen: &Observation) -> Light {
+        self.lighting(seen).brightest().unwrap_or(Light::LEFT)
+    }
+
+    fn lighting(&mut self, seen: &Observation) -> Lighting {
+        let right = (128.0 - 90.0 * seen.tip.x).clamp(1.0, 254.0) as u8;
+        Lighting::DARK.with(Light::LEFT, 255 - right).with(Light::RIGHT, right)
+    }
+}
+
+#[test]
+fn levels_are_recorded_and_go_on_after_an_interruption() {
+    let greenhouse = Greenhouse { allowed: Allowed::Any { most_lit: 2, budget: 1.0 }, ..small_tent() };
+    let [whole, broken] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    let grow = |path, samples| record_under(&mut Sharing, &greenhouse, path, 12, samples);
+    let (track, truth, _) = grow(whole.path(), usize::MAX);
+    grow(broken.path(), 7);
+    let (resumed, resumed_truth, _) = grow(broken.path(), usize::MAX);
+    assert_eq!((&resumed, resumed_truth), (&track, truth));
+    let folder = RunFolder::open(broken.path(), "seed = 3\n", Durability::Fast, true).unwrap();
+    let steps = folder.steps().unwrap();
+    for (step, sample) in steps.iter().zip(&track.samples[..12]) {
+        assert!(sample.levels.is_some() && sample.light.is_none());
+        assert_eq!((step.decided, step.is_confirmed), (Some(sample.lighting()), true));
+    }
+    folder.write_track(&track, false).unwrap();
+    let written = files::read_track(&broken.path().join("track.csv")).unwrap();
+    let lightings = |track: &Track| track.samples.iter().map(|sample| sample.lighting()).collect::<Vec<_>>();
+    assert_eq!(lightings(&written), lightings(&track));
+    assert_eq!(written.shifts().count(), 0, "no model learns from them");
+    let mut device = small_tent().open(3, 5.0, &VisionConfig::default()).unwrap().0;
+    let error = device.shine(lightings(&track)[0]).unwrap_err().to_string();
+    assert!(
+        error.contains("found 2 lit lamps") && error.contains("wanted one lamp at full power"),
+        "{error}"
+    );
 }
 
 #[test]

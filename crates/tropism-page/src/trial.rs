@@ -53,6 +53,7 @@ pub fn try_out(
             time_s: 60.0 * PAPER_PERIOD_MIN * f64::from(step),
             tip: seen.tip,
             light,
+            levels: None,
             quality: Quality::Simulated,
             stem: seen.stem,
             depth: None,

@@ -123,7 +123,7 @@ impl Episodes {
     /// Distance of `seen` from target `number`, as the task measures it where the tip reaches the target's height, in cm.
     fn distance(&self, number: usize, seen: &Observation) -> f64 {
         let Observation { tip, stem, depth, quality } = seen.clone();
-        let sample = Sample { step: 0, time_s: 0.0, tip, stem, depth, light: None, quality };
+        let sample = Sample { step: 0, time_s: 0.0, tip, stem, depth, light: None, levels: None, quality };
         let crossings = self.task.crossings(&Track::of(vec![sample]));
         crossings.get(number).copied().flatten().map_or(f64::INFINITY, |crossing| crossing.distance_cm)
     }

@@ -46,6 +46,7 @@ pub(crate) fn draw_shifts(model: &AnyModel) -> PyResult<String> {
             stem: None,
             depth: None,
             light,
+            levels: None,
             quality: Quality::Measured,
         };
         let mut end = shift.tip;

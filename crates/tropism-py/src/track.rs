@@ -122,6 +122,7 @@ impl Whole {
                 stem: stem.map(|points| Polyline(points.into_iter().map(Point::from).collect())),
                 depth: self.depths[row].take(),
                 light: light.transpose()?,
+                levels: None,
                 quality: self.quality[row],
             });
         }

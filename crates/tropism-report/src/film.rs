@@ -104,7 +104,7 @@ impl Film {
     /// The colours that are drawn into the photographs: the lamps', white and black.
     #[must_use]
     pub fn colours(&self) -> Vec<[u8; 3]> {
-        COLOURS[..self.layout.len()].iter().copied().chain([WHITE, BLACK]).collect()
+        COLOURS.iter().take(self.layout.len()).copied().chain([WHITE, BLACK]).collect()
     }
 
     fn label(&self, canvas: &mut Canvas) {

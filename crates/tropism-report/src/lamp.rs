@@ -1,17 +1,20 @@
 //! Colours of lamps: classes of the style sheet in figures, values on photographs.
 
-use tropism::lamps::{Layout, Light, MAX_LAMPS};
+use tropism::lamps::{Layout, Light};
 use tropism::track::Track;
+
+/// Lamps with a colour of their own; the ninth has that of the first.
+const COLOURED: usize = 8;
 
 /// Classes by the number of a lamp in its layout; their colours are in `figure.css`.
 ///
 /// Chosen by a search with random steps: the two colours of the paper's lamps are given, hues are named (green, magenta,
 /// cyan, red, violet, yellow), and the smallest CIE 1976 colour difference between two of them, the ink and the grey of
 /// darkness is maximal, as seen with normal, protanopic, deuteranopic and tritanopic vision. The tests hold the result.
-const CLASSES: [&str; MAX_LAMPS] = ["left", "right", "lamp3", "lamp4", "lamp5", "lamp6", "lamp7", "lamp8"];
+const CLASSES: [&str; COLOURED] = ["left", "right", "lamp3", "lamp4", "lamp5", "lamp6", "lamp7", "lamp8"];
 
 /// Colours on photographs, which are dark: those of the style sheet on dark ground.
-pub(super) const COLOURS: [[u8; 3]; MAX_LAMPS] = [
+pub(super) const COLOURS: [[u8; 3]; COLOURED] = [
     [109, 179, 255],
     [255, 171, 74],
     [187, 254, 161],
@@ -25,7 +28,7 @@ pub(super) const COLOURS: [[u8; 3]; MAX_LAMPS] = [
 /// The class of a lamp in figures; `dark` for none.
 pub(super) const fn class(light: Option<Light>) -> &'static str {
     match light {
-        Some(light) => CLASSES[light.index()],
+        Some(light) => CLASSES[light.index() % COLOURED],
         None => "dark",
     }
 }
@@ -33,7 +36,7 @@ pub(super) const fn class(light: Option<Light>) -> &'static str {
 /// The colour of a lamp on photographs; white for none.
 pub(super) const fn colour(light: Option<Light>) -> [u8; 3] {
     match light {
-        Some(light) => COLOURS[light.index()],
+        Some(light) => COLOURS[light.index() % COLOURED],
         None => [255; 3],
     }
 }

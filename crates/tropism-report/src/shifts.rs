@@ -62,8 +62,10 @@ impl Component {
 type GridPlace = (i64, i64);
 
 /// Numbers of the figures: one a component and lamp.
-const NUMBERS: [&str; 2 * MAX_LAMPS] =
-    ["5a", "5b", "5c", "5d", "5e", "5f", "5g", "5h", "5i", "5j", "5k", "5l", "5m", "5n", "5o", "5p"];
+const NUMBERS: [&str; 2 * MAX_LAMPS] = [
+    "5a", "5b", "5c", "5d", "5e", "5f", "5g", "5h", "5i", "5j", "5k", "5l", "5m", "5n", "5o", "5p", "5q",
+    "5r", "5s", "5t", "5u", "5v", "5w", "5x", "5y", "5z", "5aa", "5ab", "5ac", "5ad", "5ae", "5af",
+];
 
 /// Figures 5a to 5d: mean Δx of each lamp, then mean Δy of each lamp, in cells of 0.25 cm; further letters for more lamps.
 ///

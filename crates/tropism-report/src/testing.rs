@@ -20,6 +20,7 @@ pub(super) fn track(rows: &[(f64, f64, char)]) -> Track {
             'r' => Some(Light::RIGHT),
             _ => None,
         },
+        levels: None,
         quality: Quality::Measured,
     };
     Track::of(rows.iter().enumerate().map(sample).collect())
@@ -65,6 +66,7 @@ pub(super) fn winding(steps: u32) -> Track {
             stem: is_seen.then(|| Polyline(stem.iter().map(|[x, y, _]| Point::new(*x, *y)).collect())),
             depth: Some(Depth { tip_cm: z, stem_cm }),
             light: Light::new((step as usize / 20) % 4),
+            levels: None,
             quality: Quality::Simulated,
         }
     };

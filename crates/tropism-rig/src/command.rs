@@ -6,13 +6,14 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use tropism::lamps::Light;
+use tropism::lighting::FULL;
 use tropism::photo::Photo;
 use tropism::rig::{Camera, Lamps, RigError};
 
 use crate::child::run;
 use crate::failed;
 use crate::seconds::{Seconds, one, ten, twenty};
-use crate::switch::Switch;
+use crate::switch::{Switch, cannot_dim};
 use crate::{retry, whole};
 
 /// A camera whose program writes a photograph to stdout, such as
@@ -65,12 +66,15 @@ impl Lamps for CommandLamps {
     }
 }
 
+/// What stands for the level, 0 to 255, in the words of the program that lights a lamp.
+const LEVEL: &str = "{level}";
+
 /// A lamp behind two programs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CommandLamp {
-    /// Lights it.
+    /// Lights it. `{level}` in a word becomes the level, 1 to 255; without it the lamp is only on or off.
     pub on: Vec<String>,
     /// Darkens it.
     pub off: Vec<String>,
@@ -116,8 +120,18 @@ pub struct CommandSwitch {
 
 impl Switch for CommandSwitch {
     fn switch(&mut self, is_on: bool) -> Result<(), RigError> {
-        let (words, timeout) = if is_on { (&self.on, self.on_timeout) } else { (&self.off, self.timeout) };
-        run(&self.device, words, timeout).map(drop)
+        self.dim(if is_on { FULL } else { 0 })
+    }
+
+    fn dim(&mut self, level: u8) -> Result<(), RigError> {
+        if level == 0 {
+            return run(&self.device, &self.off, self.timeout).map(drop);
+        }
+        if level < FULL && !self.on.iter().any(|word| word.contains(LEVEL)) {
+            return Err(cannot_dim(&self.device, level));
+        }
+        let words: Vec<String> = self.on.iter().map(|word| word.replace(LEVEL, &level.to_string())).collect();
+        run(&self.device, &words, self.on_timeout).map(drop)
     }
 }
 
@@ -174,6 +188,27 @@ mod tests {
         };
         let lit_ns = times("off").last().unwrap() - times("on")[0];
         assert!(lit_ns < 5_000_000_000, "lit for {lit_ns} ns: {text}");
+    }
+
+    #[test]
+    fn a_program_gets_the_level_where_it_asks_for_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("log");
+        let say = |word: &str| words(&["sh", "-c", &format!("echo {word} >> {}", log.display())]);
+        let mut lamp = CommandSwitch {
+            device: "left lamp".to_owned(),
+            on: say("on-{level}"),
+            off: say("off"),
+            timeout: Duration::from_secs(5),
+            on_timeout: Duration::from_secs(5),
+        };
+        lamp.dim(7).unwrap();
+        lamp.switch(true).unwrap();
+        lamp.dim(0).unwrap();
+        assert_eq!(std::fs::read_to_string(&log).unwrap(), "on-7\non-255\noff\n");
+        lamp.on = say("on");
+        let error = lamp.dim(7).unwrap_err().to_string();
+        assert!(error.starts_with("left lamp: found level 7 of 255"), "{error}");
     }
 
     #[test]

@@ -151,6 +151,15 @@ impl Switch for OpenLine {
             Err(failed(self.device.as_str(), format!("found the line {found}, wanted it {value}")))
         }
     }
+
+    fn dim(&mut self, level: u8) -> Result<(), RigError> {
+        use tropism::lighting::FULL;
+
+        match level {
+            0 | FULL => self.switch(level == FULL),
+            _ => Err(crate::switch::cannot_dim(&self.device, level)),
+        }
+    }
 }
 
 #[cfg(target_os = "linux")]

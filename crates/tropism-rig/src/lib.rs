@@ -1,6 +1,6 @@
 //! Rig files and the drivers of a real tent.
 //!
-//! A rig file (TOML) describes a tent: the virtual one, or a camera, 2 to 8 lamps and a flash with their drivers.
+//! A rig file (TOML) describes a tent: the virtual one, or a camera, 2 to 16 lamps and a flash with their drivers.
 //! [`RigFile`](file::RigFile) reads and checks it, and opens it as a [`Rig`](tropism::rig::Rig).
 //!
 //! # Drivers

@@ -17,11 +17,12 @@ use std::time::{Duration, Instant};
 use rumqttc::{Client, Connection, Event, MqttOptions, Packet, Publish, QoS, RecvTimeoutError};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use tropism::lighting::FULL;
 use tropism::rig::RigError;
 
 use crate::http::{in_plain_words, read_secret};
 use crate::seconds::{Seconds, one, ten};
-use crate::switch::Switch;
+use crate::switch::{Switch, cannot_dim};
 use crate::{device, failed};
 
 /// The MQTT broker of a tent.
@@ -135,9 +136,9 @@ const fn port() -> u16 {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Dialect {
-    /// `cmnd/NAME/POWER`, answered in `stat/NAME/POWER`.
+    /// `cmnd/NAME/POWER`, answered in `stat/NAME/POWER`; a dimmer `cmnd/NAME/Dimmer`, answered in `stat/NAME/RESULT`.
     Tasmota,
-    /// `zigbee2mqtt/NAME/set`, answered in `zigbee2mqtt/NAME`.
+    /// `zigbee2mqtt/NAME/set`, answered in `zigbee2mqtt/NAME`; a dimmer with its `brightness`.
     Zigbee2mqtt,
     /// `ON` and `OFF` in `set_topic` and `state_topic`.
     Plain,
@@ -162,6 +163,9 @@ pub struct Plug {
     /// Seconds after which a `zigbee2mqtt` plug switches itself off, if its firmware supports that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_time_s: Option<u16>,
+    /// Whether it is a dimmer, with `tasmota` or `zigbee2mqtt`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub dims: bool,
     /// Time limit of one command.
     #[serde(default = "five")]
     pub timeout_s: Seconds,
@@ -195,6 +199,26 @@ pub struct MqttFlash {
     pub max_on_s: Seconds,
 }
 
+/// A command: where it is published, and what answers it.
+#[derive(Debug)]
+struct Order {
+    set: String,
+    state: String,
+    payload: String,
+    /// Key and value of a dimmer's answer.
+    steps: Option<(&'static str, u16)>,
+}
+
+impl Order {
+    /// Whether `payload` says that the command was carried out, which makes the device `is_on`.
+    fn is_answered(&self, payload: &[u8], is_on: bool) -> bool {
+        let Some((key, steps)) = self.steps else { return self::is_on(payload) == Some(is_on) };
+        let said: Option<Value> = serde_json::from_slice(payload).ok();
+        let found = said.as_ref().and_then(|said| said.get(key)?.as_f64());
+        found == Some(f64::from(steps)) && self::is_on(payload) != Some(false)
+    }
+}
+
 /// The topics of a plug.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Topics {
@@ -211,6 +235,11 @@ impl Plug {
             if topic.is_empty() || topic.contains(['+', '#', '\0']) || topic.len() > 1000 {
                 return Err(format!("found topic {topic:?}, wanted one without + and #"));
             }
+        }
+        if self.dims && self.dialect == Dialect::Plain {
+            return Err(
+                "found plug.dims with a plain plug, wanted it only for tasmota and zigbee2mqtt".to_owned()
+            );
         }
         match (self.on_time_s, self.dialect) {
             (None, _) | (Some(1..), Dialect::Zigbee2mqtt) => Ok(()),
@@ -262,6 +291,35 @@ impl Plug {
         let topic = self.topics().map_or_else(|_| String::new(), |topics| topics.set);
         let (host, port) = broker.map_or(("", 0), |broker| (&broker.host, broker.port));
         format!("mqtt {}:{port} {topic}", device::host(host))
+    }
+
+    /// The command for a level, 0 to 255.
+    ///
+    /// # Errors
+    /// For a level between on and off if it is no dimmer.
+    fn order(&self, topics: &Topics, level: u8) -> Result<Order, u8> {
+        let order =
+            |payload, steps| Order { set: topics.set.clone(), state: topics.state.clone(), payload, steps };
+        if level == 0 || !self.dims {
+            let is_on = level == FULL;
+            return if is_on || level == 0 { Ok(order(self.payload(is_on), None)) } else { Err(level) };
+        }
+        // The step below, so that no more light is lit than asked for.
+        let steps_of = |most: u16| (u16::from(level) * most / u16::from(FULL)).max(1);
+        if self.dialect == Dialect::Zigbee2mqtt {
+            let steps = steps_of(254);
+            let state = self.payload(true);
+            let payload = format!("{},\"brightness\":{steps}}}", state.trim_end_matches('}'));
+            return Ok(order(payload, Some(("brightness", steps))));
+        }
+        let steps = steps_of(100);
+        let name = self.name.as_deref().unwrap_or_default();
+        Ok(Order {
+            set: format!("cmnd/{name}/Dimmer"),
+            state: format!("stat/{name}/RESULT"),
+            payload: steps.to_string(),
+            steps: Some(("Dimmer", steps)),
+        })
     }
 
     fn payload(&self, is_on: bool) -> String {
@@ -378,7 +436,9 @@ impl OpenPlug {
             && is_online(&message.payload) == Some(false)
     }
 
-    fn command(&self, client: &Client, connection: &mut Connection, is_on: bool) -> Result<(), RigError> {
+    fn command(&self, client: &Client, connection: &mut Connection, level: u8) -> Result<(), RigError> {
+        let order = self.plug.order(&self.topics, level).map_err(|level| cannot_dim(&self.device, level))?;
+        let is_on = level > 0;
         let timeout = if is_on { self.on_timeout } else { self.plug.timeout_s.duration() };
         let deadline = Instant::now() + timeout;
         let offline = || self.error("found it offline, wanted it reachable".to_owned());
@@ -389,7 +449,7 @@ impl OpenPlug {
                 break;
             }
         }
-        let topics = [Some(&self.topics.state), self.topics.availability.as_ref()];
+        let topics = [Some(&order.state), self.topics.availability.as_ref()];
         let mut unanswered = 0;
         for topic in topics.into_iter().flatten() {
             client.try_subscribe(topic, QoS::AtLeastOnce).map_err(refused)?;
@@ -404,18 +464,16 @@ impl OpenPlug {
             }
         }
         // Never retained: a device that restarts would carry the command out again.
-        client
-            .try_publish(&self.topics.set, QoS::AtMostOnce, false, self.plug.payload(is_on))
-            .map_err(refused)?;
+        client.try_publish(&order.set, QoS::AtMostOnce, false, order.payload.clone()).map_err(refused)?;
         let doing = if is_on { "waiting for its state to be on" } else { "waiting for its state to be off" };
         loop {
             match self.next(connection, deadline, doing)? {
                 Packet::Publish(message) if self.is_offline(&message) => return Err(offline()),
                 // A retained state is older than the command.
                 Packet::Publish(message)
-                    if message.topic == self.topics.state.as_bytes()
+                    if message.topic == order.state.as_bytes()
                         && !message.retain
-                        && self::is_on(&message.payload) == Some(is_on) =>
+                        && order.is_answered(&message.payload, is_on) =>
                 {
                     return Ok(());
                 }
@@ -427,8 +485,12 @@ impl OpenPlug {
 
 impl Switch for OpenPlug {
     fn switch(&mut self, is_on: bool) -> Result<(), RigError> {
+        self.dim(if is_on { FULL } else { 0 })
+    }
+
+    fn dim(&mut self, level: u8) -> Result<(), RigError> {
         let (client, mut connection) = self.connect();
-        let done = self.command(&client, &mut connection, is_on);
+        let done = self.command(&client, &mut connection, level);
         if done.is_ok() && client.try_disconnect().is_ok() {
             // Wait for the end of the connection. What is not sent by then is dropped with it.
             while let Ok(Ok(_)) = connection.recv_timeout(Duration::from_millis(100)) {}
@@ -444,7 +506,12 @@ mod tests {
     use std::net::TcpListener;
     use std::sync::{Arc, Mutex};
 
+    use tropism::lamps::Light;
+    use tropism::lighting::{Allowed, Lighting};
+    use tropism::rig::Lamps;
+
     use super::*;
+    use crate::switch::Interlock;
     use crate::testing::{Mosquitto, hear, wait_until};
 
     #[test]
@@ -491,6 +558,37 @@ mod tests {
             let problem = plug(text).check().unwrap_err();
             assert!(problem.contains(wanted), "{problem}");
         }
+    }
+
+    #[test]
+    fn levels_are_orders_to_dimmers_and_refused_by_plugs() {
+        let order = |text: &str, level| {
+            let plug = plug(text);
+            plug.check().unwrap();
+            plug.order(&plug.topics().unwrap(), level)
+        };
+        let tasmota = "dialect = \"tasmota\"\nname = \"lamp\"\ndims = true";
+        let half = order(tasmota, 128).unwrap();
+        assert_eq!((half.set.as_str(), half.state.as_str()), ("cmnd/lamp/Dimmer", "stat/lamp/RESULT"));
+        assert_eq!(half.payload, "50");
+        for (said, is_answer) in [
+            ("{\"POWER\":\"ON\",\"Dimmer\":50}", true),
+            ("{\"POWER\":\"OFF\",\"Dimmer\":50}", false),
+            ("{\"POWER\":\"ON\",\"Dimmer\":51}", false),
+            ("{\"POWER\":\"ON\"}", false),
+            ("50", false),
+        ] {
+            assert_eq!(half.is_answered(said.as_bytes(), true), is_answer, "{said}");
+        }
+        assert_eq!(order(tasmota, FULL).unwrap().payload, "100");
+        let dark = order(tasmota, 0).unwrap();
+        assert_eq!((dark.set.as_str(), dark.payload.as_str()), ("cmnd/lamp/POWER", "OFF"));
+        let z2m = "dialect = \"zigbee2mqtt\"\nname = \"lamp\"\ndims = true\non_time_s = 5";
+        assert_eq!(order(z2m, 1).unwrap().payload, "{\"state\":\"ON\",\"on_time\":5,\"brightness\":1}");
+        assert_eq!(order(z2m, 0).unwrap().payload, "{\"state\":\"OFF\"}");
+        assert_eq!(order("dialect = \"tasmota\"\nname = \"lamp\"", 9).unwrap_err(), 9);
+        let plain = "dialect = \"plain\"\nset_topic = \"x\"\nstate_topic = \"y\"\ndims = true";
+        assert!(plug(plain).check().unwrap_err().contains("dims"));
     }
 
     fn open(port: u16, plug: &Plug) -> OpenPlug {
@@ -589,6 +687,62 @@ mod tests {
             let error = open.switch(true).unwrap_err().to_string();
             assert!(error.contains("waiting for its state to be on"), "{error}");
         }
+    }
+
+    /// A Tasmota dimmer: its level in percent after each order, and whether it obeys.
+    fn dimmer(name: &'static str, port: u16, percents: &Arc<Mutex<Vec<(&'static str, u32)>>>) {
+        let (ready, is_ready) = std::sync::mpsc::channel();
+        let client_name = format!("dimmer-{name}-{}", CONNECTIONS.fetch_add(1, Ordering::Relaxed));
+        let (client, mut connection) = Broker::new("127.0.0.1", port).connect(client_name, 8, |_| {});
+        let percents = Arc::clone(percents);
+        thread::spawn(move || {
+            for event in connection.iter() {
+                match event {
+                    Ok(Event::Incoming(Packet::ConnAck(_))) => {
+                        client.try_subscribe(format!("cmnd/{name}/+"), QoS::AtLeastOnce).unwrap();
+                    }
+                    Ok(Event::Incoming(Packet::SubAck(_))) => ready.send(()).unwrap(),
+                    Ok(Event::Incoming(Packet::Publish(order))) => {
+                        let text = String::from_utf8(order.payload.to_vec()).unwrap();
+                        let percent = if text == "OFF" { 0 } else { text.parse().unwrap() };
+                        percents.lock().unwrap().push((name, percent));
+                        let (topic, said) = match percent {
+                            0 => ("POWER", "OFF".to_owned()),
+                            _ => ("RESULT", format!("{{\"POWER\":\"ON\",\"Dimmer\":{percent}}}")),
+                        };
+                        client
+                            .try_publish(format!("stat/{name}/{topic}"), QoS::AtMostOnce, false, said)
+                            .unwrap();
+                    }
+                    Ok(_) => {}
+                    Err(_) => return,
+                }
+            }
+        });
+        is_ready.recv_timeout(Duration::from_secs(60)).unwrap();
+    }
+
+    #[test]
+    fn two_dimmers_stay_within_their_budget() {
+        let Some(broker) = Mosquitto::start(None) else { return };
+        let percents = Arc::default();
+        let lamp = |name| {
+            dimmer(name, broker.port, &percents);
+            let text = format!("dialect = \"tasmota\"\nname = \"{name}\"\ndims = true\ntimeout_s = 10");
+            open(broker.port, &plug(&text))
+        };
+        let mut lamps = Interlock::new([lamp("one"), lamp("two")], Duration::ZERO)
+            .allowing(Allowed::Any { most_lit: 2, budget: 1.0 });
+        let both = |left, right| Lighting::DARK.with(Light::LEFT, left).with(Light::RIGHT, right);
+        for lighting in [both(255, 0), both(55, 200), both(155, 100), Lighting::DARK] {
+            lamps.shine(lighting).unwrap();
+        }
+        let mut now = [0; 2];
+        for (name, percent) in percents.lock().unwrap().iter() {
+            now[usize::from(*name == "two")] = *percent;
+            assert!(now[0] + now[1] <= 100, "{now:?}");
+        }
+        assert_eq!(now, [0; 2]);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use tropism::lighting::FULL;
 use tropism::rig::RigError;
 
 use crate::failed;
@@ -140,8 +141,13 @@ impl PixelLamp {
 
 impl Switch for PixelLamp {
     fn switch(&mut self, is_on: bool) -> Result<(), RigError> {
-        let color =
-            self.strip.color.map(|channel| if is_on { f64::from(channel) * self.strip.duty } else { 0.0 });
+        self.dim(if is_on { FULL } else { 0 })
+    }
+
+    /// The level is linear in duty and light.
+    fn dim(&mut self, level: u8) -> Result<(), RigError> {
+        let share = f64::from(level) / f64::from(FULL);
+        let color = self.strip.color.map(|channel| f64::from(channel) * self.strip.duty * share);
         let mut frame = lock(&self.keeper.frame);
         frame.pixels[usize::from(self.strip.first)..usize::from(self.strip.stop())].fill(color);
         frame.send().map_err(|problem| failed(self.device.as_str(), problem))
@@ -179,6 +185,11 @@ mod tests {
         left.switch(true).unwrap();
         let (dark, white, own) = ([0.0; 3], [127.5; 3], [127.5, 0.0, 5.0]);
         assert_eq!(*lock(&sent), [vec![dark, dark, own], vec![dark; 3], vec![white, white, dark]]);
+        lock(&sent).clear();
+        left.dim(51).unwrap();
+        right.dim(102).unwrap();
+        let [dim, half] = [[25.5; 3], [51.0, 0.0, 2.0]];
+        assert_eq!(*lock(&sent), [vec![dim, dim, dark], vec![dim, dim, half]]);
     }
 
     #[test]

@@ -1,10 +1,11 @@
-//! Devices that are on or off: the interlock of the lamps, and the time limit of the flash.
+//! Devices that are on or off, or have levels: the interlock of the lamps, and the time limit of the flash.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use tropism::lamps::Light;
+use tropism::lamps::{Light, MAX_LAMPS};
+use tropism::lighting::{Allowed, FULL, Lighting};
 use tropism::rig::{Flash, Lamps, RigError};
 
 use crate::failed;
@@ -16,38 +17,64 @@ pub trait Switch: Send {
     /// # Errors
     /// [`RigError::Device`] if the device does not confirm; then its state is unknown.
     fn switch(&mut self, is_on: bool) -> Result<(), RigError>;
+
+    /// Sets the level, 0 (dark) to 255 (full power), and returns after the device has confirmed, as far as it can.
+    ///
+    /// # Errors
+    /// As [`Self::switch`]. A device that is only on or off refuses all other levels, and is as it was.
+    fn dim(&mut self, level: u8) -> Result<(), RigError> {
+        match level {
+            0 => self.switch(false),
+            FULL => self.switch(true),
+            _ => Err(cannot_dim("lamp", level)),
+        }
+    }
+}
+
+/// The refusal of a device that is only on or off.
+pub(crate) fn cannot_dim(device: &str, level: u8) -> RigError {
+    failed(
+        device,
+        format!("found level {level} of {FULL}, wanted 0 or {FULL}: this driver only switches on and off"),
+    )
 }
 
 impl<T: Switch + ?Sized> Switch for Box<T> {
     fn switch(&mut self, is_on: bool) -> Result<(), RigError> {
         (**self).switch(is_on)
     }
+
+    fn dim(&mut self, level: u8) -> Result<(), RigError> {
+        (**self).dim(level)
+    }
 }
 
-/// 2 to 8 lamps of which at most one is lit.
+/// 2 to 16 lamps, of which no more shine than are [allowed](Allowed): by default one at full power.
 ///
-/// Break before make: a lamp is lit only after every other lamp has confirmed that it is dark.
+/// Break before make: first all that goes dark or down, and nothing is raised unless every device has confirmed that. So at
+/// no moment do more lamps shine, or with more power, than is allowed.
 #[derive(Debug)]
 pub struct Interlock<S> {
     /// In the order of the layout.
     lamps: Vec<InterlockedLamp<S>>,
     /// Time between the darkness of one lamp and the light of another.
     pause: Duration,
+    allowed: Allowed,
 }
 
 #[derive(Debug)]
 struct InterlockedLamp<S> {
     switch: S,
-    /// Whether its latest command was to go dark, and was confirmed.
-    is_dark: bool,
+    /// The level that the device confirmed last; `None` if it may have any.
+    level: Option<u8>,
 }
 
 impl<S: Switch> InterlockedLamp<S> {
-    fn switch(&mut self, is_on: bool) -> Result<(), RigError> {
+    fn dim(&mut self, level: u8) -> Result<(), RigError> {
         // The state is unknown until the device confirms.
-        self.is_dark = false;
-        self.switch.switch(is_on)?;
-        self.is_dark = !is_on;
+        self.level = None;
+        self.switch.dim(level)?;
+        self.level = Some(level);
         Ok(())
     }
 }
@@ -56,39 +83,78 @@ impl<S: Switch> Interlock<S> {
     /// Lamps in an unknown state, in the order of their layout, with `pause` between the darkness of one lamp and the
     /// light of another.
     pub fn new(lamps: impl IntoIterator<Item = S>, pause: Duration) -> Self {
-        let lamps = lamps.into_iter().map(|switch| InterlockedLamp { switch, is_dark: false }).collect();
-        Self { lamps, pause }
+        let lamps = lamps.into_iter().map(|switch| InterlockedLamp { switch, level: None }).collect();
+        Self { lamps, pause, allowed: Allowed::One }
     }
 
-    /// Darkens every lamp except `kept`, and returns whether all of them were known to be dark before.
-    ///
-    /// Each lamp is commanded each time: a device that restarted may have lost its state. The remaining lamps are
-    /// commanded even if one fails; the first error is returned.
-    fn darken_except(&mut self, kept: Option<usize>) -> Result<bool, RigError> {
-        let (mut were_dark, mut result) = (true, Ok(()));
-        for (index, lamp) in self.lamps.iter_mut().enumerate() {
-            if Some(index) != kept {
-                were_dark &= lamp.is_dark;
-                result = result.and(lamp.switch(false));
-            }
-        }
-        result.map(|()| were_dark)
+    /// The same lamps, of which as many may shine as `allowed` says.
+    #[must_use]
+    pub const fn allowing(mut self, allowed: Allowed) -> Self {
+        self.allowed = allowed;
+        self
     }
+
+    /// The commands that bring the lamps to `levels`, in their order: lamp and level.
+    ///
+    /// Each lamp is commanded each time: a device that restarted may have lost its state. A lamp of unknown level can only
+    /// be lowered for sure by going dark; one that shall shine alone need not, as all others are dark by then.
+    fn commands(&self, levels: [u8; MAX_LAMPS]) -> Vec<(Change, usize, u8)> {
+        let is_alone = levels.iter().filter(|&&level| level > 0).count() == 1;
+        let mut commands = Vec::new();
+        for (index, (lamp, level)) in self.lamps.iter().zip(levels).enumerate() {
+            let change = match lamp.level {
+                _ if level == 0 => Change::Darken,
+                Some(now) if level < now => Change::Lower,
+                Some(now) if level == now => Change::Hold,
+                None if !is_alone => {
+                    commands.push((Change::Darken, index, 0));
+                    Change::Raise
+                }
+                _ => Change::Raise,
+            };
+            commands.push((change, index, level));
+        }
+        commands.sort_by_key(|(change, ..)| *change);
+        commands
+    }
+}
+
+/// What a command does to a lamp, in the order in which commands are given. Lamps that stay as they are come before those that
+/// are raised: one that restarted may be brighter than is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Change {
+    Darken,
+    Lower,
+    Hold,
+    Raise,
 }
 
 impl<S: Switch> Lamps for Interlock<S> {
     fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
-        let index = light.map(Light::index);
-        if let Some(index) = index.filter(|&index| index >= self.lamps.len()) {
-            let problem = format!("found lamp number {}, wanted 1 to {}", index + 1, self.lamps.len());
+        self.shine(light.into())
+    }
+
+    fn shine(&mut self, lighting: Lighting) -> Result<(), RigError> {
+        if let Some((light, _)) = lighting.lit().find(|(light, _)| light.index() >= self.lamps.len()) {
+            let problem =
+                format!("found lamp number {}, wanted 1 to {}", light.index() + 1, self.lamps.len());
             return Err(failed("lamps", problem));
         }
-        let were_dark = self.darken_except(index)?;
-        let Some(index) = index else { return Ok(()) };
-        if !were_dark {
+        self.allowed.permit(lighting).map_err(|problem| failed("lamps", problem.to_string()))?;
+        let commands = self.commands(lighting.levels());
+        let (lowering, raising) =
+            commands.split_at(commands.partition_point(|(change, ..)| *change < Change::Hold));
+        // All are lowered even if one fails; the first error is returned.
+        let (mut were_low, mut result) = (true, Ok(()));
+        for &(_, index, level) in lowering {
+            were_low &= self.lamps[index].level == Some(level);
+            result = result.and(self.lamps[index].dim(level));
+        }
+        result?;
+        if !were_low && !raising.is_empty() {
             thread::sleep(self.pause);
         }
-        self.lamps[index].switch(true)
+        raising.iter().try_for_each(|&(_, index, level)| self.lamps[index].dim(level))
     }
 }
 
@@ -290,7 +356,7 @@ mod tests {
             let (tent, mut lamps) = lamps(is_lit, answers);
             for light in lights {
                 let result = lamps.light(light.and_then(Light::new));
-                let known_dark: Vec<bool> = lamps.lamps.iter().map(|lamp| lamp.is_dark).collect();
+                let known_dark: Vec<bool> = lamps.lamps.iter().map(|lamp| lamp.level == Some(0)).collect();
                 let tent = lock(&tent);
                 prop_assert!(tent.most_lit <= 1);
                 // No lamp is taken for dark that is lit.
@@ -309,6 +375,122 @@ mod tests {
             prop_assert!(lamps.light(None).is_ok());
             prop_assert!(!lock(&tent).is_lit.contains(&true));
         }
+    }
+
+    /// Simulated dimmers: their levels, and each moment after a command.
+    #[derive(Default)]
+    struct Dimmers {
+        levels: Lighting,
+        moments: Vec<Lighting>,
+        answers: Vec<Answer>,
+    }
+
+    struct Dimmer(Arc<Mutex<Dimmers>>, Light);
+
+    impl Switch for Dimmer {
+        fn switch(&mut self, is_on: bool) -> Result<(), RigError> {
+            self.dim(if is_on { FULL } else { 0 })
+        }
+
+        fn dim(&mut self, level: u8) -> Result<(), RigError> {
+            let mut all = lock(&self.0);
+            let answer = all.answers.pop().unwrap_or_default();
+            if answer != Answer::Ignored {
+                all.levels = all.levels.with(self.1, level);
+                let now = all.levels;
+                all.moments.push(now);
+            }
+            if answer == Answer::Confirmed { Ok(()) } else { Err(failed("lamp", "found silence")) }
+        }
+    }
+
+    fn dimmers(
+        count: usize,
+        answers: Vec<Answer>,
+        allowed: Allowed,
+    ) -> (Arc<Mutex<Dimmers>>, Interlock<Dimmer>) {
+        let all = Arc::new(Mutex::new(Dimmers { answers, ..Dimmers::default() }));
+        let lamps = (0..count).filter_map(Light::new).map(|light| Dimmer(Arc::clone(&all), light));
+        (Arc::clone(&all), Interlock::new(lamps, Duration::ZERO).allowing(allowed))
+    }
+
+    fn lighting(count: usize) -> impl Strategy<Value = Lighting> {
+        let level = prop_oneof![3 => Just(0), 1 => Just(FULL), 3 => any::<u8>()];
+        proptest::collection::vec(level, count).prop_map(|levels| {
+            let lamps =
+                levels.into_iter().enumerate().filter_map(|(index, level)| Some((Light::new(index)?, level)));
+            lamps.fold(Lighting::DARK, |lighting, (light, level)| lighting.with(light, level))
+        })
+    }
+
+    proptest! {
+        /// However the devices fail: after each single command no more is lit than allowed.
+        #[test]
+        fn no_more_shines_than_is_allowed_also_in_between(
+            lightings in proptest::collection::vec(lighting(6), 1..30),
+            answers in answers(120),
+            most_lit in 1_u8..=6,
+            budget in 0.5..6.0,
+        ) {
+            let allowed = Allowed::Any { most_lit, budget };
+            let (all, mut lamps) = dimmers(6, answers, allowed);
+            for lighting in lightings {
+                let before = lock(&all).moments.len();
+                let done = lamps.shine(lighting);
+                let all = lock(&all);
+                prop_assert!(all.moments.iter().all(|moment| allowed.permit(*moment).is_ok()), "{:?}", all.moments);
+                if allowed.permit(lighting).is_err() {
+                    prop_assert!(done.is_err() && all.moments.len() == before, "nothing was commanded");
+                } else if done.is_ok() {
+                    prop_assert_eq!(all.levels, lighting);
+                }
+            }
+            lock(&all).answers.clear();
+            prop_assert!(lamps.light(None).is_ok());
+            prop_assert_eq!(lock(&all).levels, Lighting::DARK);
+        }
+    }
+
+    #[test]
+    fn what_goes_down_goes_first_and_a_lamp_of_unknown_level_goes_dark_before_it_shines_with_others() {
+        let (all, mut lamps) = dimmers(3, vec![], Allowed::Any { most_lit: 2, budget: 1.0 });
+        let levels = |levels: [u8; 3]| {
+            let lights = (0..).map_while(Light::new).zip(levels);
+            lights.fold(Lighting::DARK, |lighting, (light, level)| lighting.with(light, level))
+        };
+        lock(&all).levels = levels([0, 200, 255]);
+        for lighting in [[100, 150, 0], [155, 100, 0], [0, 100, 155]] {
+            lamps.shine(levels(lighting)).unwrap();
+        }
+        let moments = [
+            // Unknown at the start.
+            [0, 200, 255],
+            [0, 0, 255],
+            [0, 0, 0],
+            [100, 0, 0],
+            [100, 150, 0],
+            [100, 150, 0],
+            [100, 100, 0],
+            [155, 100, 0],
+            [0, 100, 0],
+            [0, 100, 0],
+            [0, 100, 155],
+        ];
+        assert_eq!(lock(&all).moments, moments.map(levels));
+        let error = lamps.shine(levels([200, 100, 0])).unwrap_err().to_string();
+        assert_eq!(error, "lamps: found a power of 1.18 full lamps, wanted at most 1 (`budget`)");
+        let error = lamps.allowing(Allowed::One).shine(levels([200, 0, 0])).unwrap_err().to_string();
+        assert!(error.contains("wanted one lamp at full power or darkness"), "{error}");
+    }
+
+    #[test]
+    fn a_switch_refuses_levels() {
+        let (tent, lamps) = lamps(vec![false; 2], vec![]);
+        let mut lamps = lamps.allowing(Allowed::Any { most_lit: 2, budget: 2.0 });
+        lamps.shine(Lighting::only(Light::LEFT).with(Light::RIGHT, FULL)).unwrap();
+        assert_eq!(lock(&tent).is_lit, [true; 2]);
+        let error = lamps.shine(Lighting::DARK.with(Light::LEFT, 9)).unwrap_err().to_string();
+        assert!(error.contains("found level 9 of 255, wanted 0 or 255"), "{error}");
     }
 
     #[test]

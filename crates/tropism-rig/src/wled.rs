@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use tropism::lighting::FULL;
 use tropism::rig::RigError;
 
 use crate::failed;
@@ -74,24 +75,27 @@ impl WledLamp {
     }
 
     /// The complete segment, so that no former setting remains.
-    fn segment(&self, is_on: bool) -> serde_json::Value {
+    fn segment(&self, level: u8) -> serde_json::Value {
         json!({
             "id": self.segment, "start": self.strip.first, "stop": self.strip.stop(),
-            "grp": 1, "spc": 0, "of": 0, "on": is_on, "bri": self.brightness(), "fx": 0, "pal": 0, "frz": false,
+            "grp": 1, "spc": 0, "of": 0, "on": level > 0, "bri": self.brightness(level), "fx": 0, "pal": 0, "frz": false,
             "col": [self.strip.color, [0, 0, 0], [0, 0, 0]],
         })
     }
 
-    /// Brightness of the lit segment, 1 to 255: WLED takes 0 for "off, and as bright as before".
-    fn brightness(&self) -> u8 {
-        (self.strip.duty * 255.0).round().clamp(1.0, 255.0) as u8
+    /// Brightness of the segment at a level, 1 to 255: WLED takes 0 for "off, and as bright as before". The brightness at full
+    /// power stands for a dark segment.
+    fn brightness(&self, level: u8) -> u8 {
+        let share = if level == 0 { 1.0 } else { f64::from(level) / f64::from(FULL) };
+        (self.strip.duty * share * 255.0).round().clamp(1.0, 255.0) as u8
     }
 
     /// Checks that the controller reports the commanded state.
     ///
     /// # Errors
     /// What was found, and what was wanted.
-    pub fn confirm(&self, state: &WledState, is_on: bool) -> Result<(), String> {
+    pub fn confirm(&self, state: &WledState, level: u8) -> Result<(), String> {
+        let is_on = level > 0;
         let Some(segment) = state.seg.iter().find(|segment| segment.id == self.segment) else {
             return Err(format!("found no segment {}, wanted it", self.segment));
         };
@@ -112,7 +116,7 @@ impl WledLamp {
         }
         let color = segment.col.first().and_then(|color| color.get(..3)).unwrap_or_default();
         if state.bri != 255
-            || segment.bri != self.brightness()
+            || segment.bri != self.brightness(level)
             || segment.fx != 0
             || color != self.strip.color
         {
@@ -121,7 +125,7 @@ impl WledLamp {
                 state.bri,
                 segment.bri,
                 segment.fx,
-                self.brightness(),
+                self.brightness(level),
                 self.strip.color
             ));
         }
@@ -249,14 +253,14 @@ impl OpenWledLamp {
     }
 
     /// One complete command: deletes overlapping segments, sets the segment, reads it back, and restarts the timer.
-    fn command(&self, is_on: bool, deadline: Instant) -> Result<(), RigError> {
+    fn command(&self, level: u8, deadline: Instant) -> Result<(), RigError> {
         // Without fade, stream, and synchronisation of other controllers.
         let command = |segments: Vec<serde_json::Value>| json!({"on": true, "bri": 255, "tt": 0, "v": true, "live": false, "udpn": {"nn": true}, "seg": segments});
-        let mut state = self.post(&command(vec![self.settings.segment(is_on)]), deadline)?;
+        let mut state = self.post(&command(vec![self.settings.segment(level)]), deadline)?;
         let overlapping = self.settings.overlapping_segments(&state);
         if !overlapping.is_empty() {
             let mut segments: Vec<_> = overlapping.iter().map(|id| json!({"id": id, "stop": 0})).collect();
-            segments.push(self.settings.segment(is_on));
+            segments.push(self.settings.segment(level));
             state = self.post(&command(segments), deadline)?;
             if let Some(id) = self.settings.overlapping_segments(&state).first() {
                 return Err(
@@ -264,24 +268,24 @@ impl OpenWledLamp {
                 );
             }
         }
-        self.settings.confirm(&state, is_on).map_err(|problem| self.error(problem))?;
-        if is_on && self.settings.dead_man_min > 0 {
-            self.restart_timer(deadline)?;
+        self.settings.confirm(&state, level).map_err(|problem| self.error(problem))?;
+        if level > 0 && self.settings.dead_man_min > 0 {
+            self.restart_timer(level, deadline)?;
         }
         Ok(())
     }
 
     /// Reads the state once more: a preset, a button or another program may have reverted what was answered.
-    fn confirm_later(&self, is_on: bool, deadline: Instant) -> Result<(), RigError> {
+    fn confirm_later(&self, level: u8, deadline: Instant) -> Result<(), RigError> {
         thread::sleep(REVERT_PAUSE);
         let state = self.send("json/state", None, deadline)?;
         WledState::parse(&state)
-            .and_then(|state| self.settings.confirm(&state, is_on))
+            .and_then(|state| self.settings.confirm(&state, level))
             .map_err(|problem| self.error(format!("after its answer, {problem}")))
     }
 
     /// Restarts the timer: the controller starts it only on a change from off to on.
-    fn restart_timer(&self, deadline: Instant) -> Result<(), RigError> {
+    fn restart_timer(&self, level: u8, deadline: Instant) -> Result<(), RigError> {
         let minutes = self.settings.dead_man_min;
         self.post(&json!({"v": true, "nl": {"on": false}}), deadline)?;
         thread::sleep(TIMER_PAUSE);
@@ -295,23 +299,27 @@ impl OpenWledLamp {
                 if on { "on" } else { "off" }
             )));
         }
-        self.settings.confirm(&state, true).map_err(|problem| self.error(problem))
+        self.settings.confirm(&state, level).map_err(|problem| self.error(problem))
     }
 }
 
 impl Switch for OpenWledLamp {
     fn switch(&mut self, is_on: bool) -> Result<(), RigError> {
+        self.dim(if is_on { FULL } else { 0 })
+    }
+
+    fn dim(&mut self, level: u8) -> Result<(), RigError> {
         let deadline = Instant::now() + self.settings.timeout_s.duration();
         let mut before = self.info(deadline)?;
         loop {
-            self.command(is_on, deadline)?;
+            self.command(level, deadline)?;
             let after = self.info(deadline)?;
             if after.live {
                 return Err(self.error("found another program streaming to it, wanted none".to_owned()));
             }
             // A restart meanwhile has deleted the segments.
             if after.uptime >= before.uptime {
-                return self.confirm_later(is_on, deadline);
+                return self.confirm_later(level, deadline);
             }
             before = after;
         }
@@ -329,6 +337,7 @@ mod tests {
     use crate::http::tests::{device, reply};
     use crate::switch::Interlock;
     use tropism::lamps::Light;
+    use tropism::lighting::{Allowed, Lighting};
     use tropism::rig::Lamps;
 
     /// A WLED controller as the documentation describes it, with 288 pixels.
@@ -348,6 +357,8 @@ mod tests {
         restarts_in: Option<usize>,
         /// Which pixels were lit after each request.
         lit: Vec<Vec<bool>>,
+        /// Brightness of the first two segments after each request, 0 if they are off.
+        brightness: Vec<[u64; 2]>,
     }
 
     impl Controller {
@@ -434,6 +445,9 @@ mod tests {
             }
             let lit = self.lit();
             self.lit.push(lit);
+            let of = |id: u64| self.segments.get(&id).filter(|segment| self.on && segment["on"] == true);
+            self.brightness
+                .push([0, 1].map(|id| of(id).and_then(|segment| segment["bri"].as_u64()).unwrap_or(0)));
             self.state()
         }
     }
@@ -451,6 +465,7 @@ mod tests {
             reverts_in: None,
             restarts_in: None,
             lit: Vec::new(),
+            brightness: Vec::new(),
         };
         controller.boots();
         let controller = Arc::new(Mutex::new(controller));
@@ -511,6 +526,30 @@ mod tests {
     }
 
     #[test]
+    fn two_lamps_at_levels_stay_within_their_budget() {
+        let (url, controller) = controller();
+        let mut lamps = Interlock::new(
+            [lamp(&url, 0, "dead_man_min = 0"), lamp(&url, 1, "dead_man_min = 0")],
+            Duration::ZERO,
+        )
+        .allowing(Allowed::Any { most_lit: 2, budget: 1.0 });
+        let both = |left, right| Lighting::DARK.with(Light::LEFT, left).with(Light::RIGHT, right);
+        lamps.light(None).unwrap();
+        controller.lock().unwrap().brightness.clear();
+        for lighting in [both(255, 0), both(55, 200), both(155, 100), both(0, 255)] {
+            lamps.shine(lighting).unwrap();
+            // Half duty by default.
+            let found = controller.lock().unwrap().brightness.last().copied().unwrap();
+            for (light, found) in Light::BOTH.into_iter().zip(found) {
+                assert!((2 * found).abs_diff(lighting.level(light).into()) <= 1, "{light}: {found}");
+            }
+        }
+        // Each level is rounded to whole numbers.
+        let brightness = &controller.lock().unwrap().brightness;
+        assert!(brightness.iter().all(|[left, right]| left + right <= 129), "{brightness:?}");
+    }
+
+    #[test]
     fn a_controller_that_forgets_its_segments_is_told_again() {
         let (url, controller) = controller();
         let mut left = lamp(&url, 0, "dead_man_min = 0");
@@ -562,7 +601,7 @@ mod tests {
         let settings: WledLamp = toml::from_str("url = \"http://w\"\nstrip = { pixels = 4 }").unwrap();
         let confirm = |segment: &str| {
             let state = format!("{{\"on\":true,\"bri\":255,\"seg\":[{segment}]}}");
-            settings.confirm(&WledState::parse(state.as_bytes()).unwrap(), true)
+            settings.confirm(&WledState::parse(state.as_bytes()).unwrap(), FULL)
         };
         assert!(confirm("").unwrap_err().contains("no segment 0"));
         assert!(confirm("{\"start\":0,\"stop\":9,\"on\":true}").unwrap_err().contains("to 9, wanted 0 to 4"));

@@ -7,6 +7,7 @@ use std::ops::ControlFlow;
 
 use crate::control::Controller;
 use crate::lamps::{Layout, Light};
+use crate::lighting::Lighting;
 use crate::observation::Observation;
 use crate::task::Task;
 use crate::track::{Sample, Track};
@@ -28,6 +29,22 @@ pub trait Environment {
     /// # Errors
     /// If the lamp cannot be lit.
     fn step(&mut self, light: Light) -> Result<(), Self::Error>;
+
+    /// Sets the levels of all lamps for one step, as [`Self::step`].
+    ///
+    /// # Errors
+    /// If the lamps cannot be set so.
+    ///
+    /// # Panics
+    /// By default for all but one lamp at full power: models are of one lamp.
+    fn shine(&mut self, lighting: Lighting) -> Result<(), Self::Error> {
+        match lighting.single() {
+            Some(Some(light)) => self.step(light),
+            _ => panic!(
+                "found the lighting {lighting}, wanted one lamp at full power: this world knows no other"
+            ),
+        }
+    }
 
     /// How many steps have passed so far without an observation, because of a fault. They count for the task, and are gaps
     /// in the track.
@@ -60,7 +77,7 @@ pub fn run<W: Environment>(
     loop {
         let seen = world.observe()?;
         match recording.decide(seen, world.missed(), controller, task, watch) {
-            Some(light) => world.step(light)?,
+            Some(lighting) => world.shine(lighting)?,
             None => return Ok(recording.track),
         }
     }
@@ -83,7 +100,7 @@ impl Recording {
         Self { track: Track { layout, period_min, ..Track::default() }, taken: 0, missed: 0 }
     }
 
-    /// Records what is `seen` and the light decided for it; `None` if the task is over or `watch` breaks off.
+    /// Records what is `seen` and the lighting decided for it; `None` if the task is over or `watch` breaks off.
     pub fn decide(
         &mut self,
         seen: Observation,
@@ -91,18 +108,19 @@ impl Recording {
         controller: &mut (impl Controller + ?Sized),
         task: &Task,
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
-    ) -> Option<Light> {
+    ) -> Option<Lighting> {
         let step = self.taken + missed;
         if missed > self.missed {
             controller.miss(missed - std::mem::replace(&mut self.missed, missed));
         }
         let is_over = task.is_over(step, &seen);
-        let light = (!is_over).then(|| controller.decide(&seen));
-        let sample = Sample::of(seen, step, f64::from(step) * self.track.period_min * 60.0, light);
+        let lighting = (!is_over).then(|| controller.lighting(&seen));
+        let time_s = f64::from(step) * self.track.period_min * 60.0;
+        let sample = Sample::of(seen, step, time_s, lighting.unwrap_or_default());
         let flow = watch(&sample);
         self.track.samples.push(sample);
         self.taken += 1;
-        light.filter(|_| flow.is_continue())
+        lighting.filter(|_| flow.is_continue())
     }
 }
 

@@ -1,7 +1,8 @@
 //! Lamps: which one is lit, what they are called and where they stand.
 //!
-//! A [`Layout`] names 2 to 8 lamps and their places. A [`Light`] is the number of the lit lamp in that layout: the paper's
-//! lighting condition C (section 2.2.3). Exactly one lamp is lit at a step; a dark tent is `None`, never a further light.
+//! A [`Layout`] names 2 to 16 lamps and their places. A [`Light`] is the number of the lit lamp in that layout: the paper's
+//! lighting condition C (section 2.2.3). One lamp is lit at a step; a dark tent is `None`, never a further light.
+//! A [`Lighting`](crate::lighting::Lighting) is the general case: several lamps, and levels.
 //! Mirroring is a property of the layout: the mirror image of a lamp is the lamp that stands at the mirrored place.
 //!
 //! # References
@@ -14,12 +15,14 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::math::{atan2, cos, hypot, sin};
 
-/// The largest number of lamps in a layout. Chosen: twice those of [`Layout::four_sides`].
-pub const MAX_LAMPS: usize = 8;
+/// The largest number of lamps in a layout. Chosen: a wall of eight nodes that shine in two directions each.
+pub const MAX_LAMPS: usize = 16;
 
 /// Names of lamps in files that carry no layout, by number.
-const STANDARD_NAMES: [&str; MAX_LAMPS] =
-    ["left", "right", "front", "back", "lamp5", "lamp6", "lamp7", "lamp8"];
+const STANDARD_NAMES: [&str; MAX_LAMPS] = [
+    "left", "right", "front", "back", "lamp5", "lamp6", "lamp7", "lamp8", "lamp9", "lamp10", "lamp11",
+    "lamp12", "lamp13", "lamp14", "lamp15", "lamp16",
+];
 
 /// The word for darkness in every file.
 pub const DARK: &str = "dark";
@@ -48,14 +51,28 @@ impl Light {
         if index < MAX_LAMPS { Some(Self(index as u8)) } else { None }
     }
 
-    /// Number of the lamp in its layout, 0 to 7.
+    /// Number of the lamp in its layout, 0 to 15.
     #[must_use]
     #[inline]
     pub const fn index(self) -> usize {
         self.0 as usize
     }
 
-    /// Name of the lamp in files that carry no layout: `left`, `right`, `front`, `back`, `lamp5` to `lamp8`.
+    /// The number in one letter, `0` to `F`: columns of lights in files of models.
+    #[must_use]
+    pub(crate) fn letter(self) -> char {
+        char::from_digit(u32::from(self.0), 16).unwrap_or('?').to_ascii_uppercase()
+    }
+
+    /// The lamp of a [letter](Self::letter).
+    pub(crate) fn of_letter(letter: char) -> Option<Self> {
+        letter
+            .to_digit(16)
+            .filter(|_| !letter.is_ascii_lowercase())
+            .and_then(|number| Self::new(number as usize))
+    }
+
+    /// Name of the lamp in files that carry no layout: `left`, `right`, `front`, `back`, `lamp5` to `lamp16`.
     #[must_use]
     pub const fn standard_name(self) -> &'static str {
         STANDARD_NAMES[self.0 as usize]
@@ -144,7 +161,7 @@ impl Lamp {
     }
 }
 
-/// The lamps of a rig: 2 to 8, their names and places.
+/// The lamps of a rig: 2 to 16, their names and places.
 ///
 /// ```
 /// use tropism::lamps::{Layout, Light};
@@ -240,7 +257,7 @@ impl Layout {
         &self.lamps
     }
 
-    /// How many lamps there are, 2 to 8.
+    /// How many lamps there are, 2 to 16.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a layout has at least two lamps")]
     pub const fn len(&self) -> usize {
@@ -413,6 +430,7 @@ mod tests {
     fn names_are_read_as_they_are_written() {
         for layout in [Layout::wahby2016(), Layout::four_sides()] {
             for light in layout.lights() {
+                assert_eq!(Light::of_letter(light.letter()), Some(light));
                 assert_eq!(layout.parse(layout.name(Some(light))), Ok(Some(light)));
                 assert_eq!(
                     serde_json::from_value::<Light>(serde_json::to_value(light).unwrap()).unwrap(),
@@ -474,7 +492,7 @@ mod tests {
     fn layouts_that_cannot_be_are_refused() {
         let lamp = |name: &str| Lamp::new(name, [0.0; 3]);
         let error = |lamps: &[Lamp]| Layout::new(lamps.to_vec()).unwrap_err().to_string();
-        assert!(error(&[lamp("a")]).contains("found 1 lamps, wanted 2 to 8"));
+        assert!(error(&[lamp("a")]).contains("found 1 lamps, wanted 2 to 16"));
         assert!(error(&[lamp("a"), lamp("dark")]).contains("\"dark\""));
         assert!(error(&[lamp("a"), lamp("b c")]).contains("\"b c\""));
         assert!(error(&[lamp("a"), lamp("a")]).contains("two lamps named \"a\""));

@@ -4,12 +4,13 @@
 //! from 0 to 255, as 8-bit dimmers have. [`Allowed::One`] is the default of every rig: exactly the lightings that a [`Light`]
 //! or darkness can be. [`Beam`] is the cone of a lamp or a sensor.
 
-use std::fmt::Write;
+use std::fmt::{self, Write};
+use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
 use crate::check::{self, OutOfRange};
-use crate::lamps::{DARK, Layout, Light, MAX_LAMPS, UnknownLight};
+use crate::lamps::{self, DARK, Layout, Light, MAX_LAMPS, UnknownLight};
 use crate::math::vector::{Vec3, dot, norm, sub};
 use crate::math::{cos, exp, ln};
 
@@ -79,6 +80,27 @@ impl Lighting {
         }
     }
 
+    /// The brightest lamp, the first of equals; `None` in the dark.
+    #[must_use]
+    pub fn brightest(self) -> Option<Light> {
+        self.lit().max_by(|(a, one), (b, other)| one.cmp(other).then(b.cmp(a))).map(|(light, _)| light)
+    }
+
+    /// The lighting that this one is in a mirror, as [`Layout::mirrored`]; `None` where a lit lamp has no mirror image.
+    #[must_use]
+    pub fn mirrored(self, layout: &Layout) -> Option<Self> {
+        self.lit()
+            .try_fold(Self::DARK, |image, (light, level)| Some(image.with(layout.mirrored(light)?, level)))
+    }
+
+    /// The lamps of `layout` alone.
+    #[must_use]
+    pub fn within(self, layout: &Layout) -> Self {
+        self.lit()
+            .filter(|(light, _)| layout.contains(*light))
+            .fold(Self::DARK, |lighting, (light, level)| lighting.with(light, level))
+    }
+
     /// Powers of the lamps as shares of full power, 0 to 1.
     #[must_use]
     pub fn powers(self) -> [f64; MAX_LAMPS] {
@@ -109,10 +131,14 @@ impl Lighting {
     /// `n1:128+n4`. A lamp without a level is at full power.
     #[must_use]
     pub fn word(self, layout: &Layout) -> String {
+        self.written(|light| layout.name(Some(light)))
+    }
+
+    fn written<'n>(self, name: impl Fn(Light) -> &'n str) -> String {
         let mut word = String::new();
         for (light, level) in self.lit() {
             let plus = if word.is_empty() { "" } else { "+" };
-            let _ = write!(word, "{plus}{}", layout.name(Some(light)));
+            let _ = write!(word, "{plus}{}", name(light));
             if level < FULL {
                 let _ = write!(word, ":{level}");
             }
@@ -125,6 +151,13 @@ impl Lighting {
     /// # Errors
     /// [`LightingError`] names the part that is wrong.
     pub fn parse(word: &str, layout: &Layout) -> Result<Self, LightingError> {
+        Self::read(word, |name| layout.parse(name))
+    }
+
+    fn read(
+        word: &str,
+        lamp: impl Fn(&str) -> Result<Option<Light>, UnknownLight>,
+    ) -> Result<Self, LightingError> {
         if word == DARK {
             return Ok(Self::DARK);
         }
@@ -138,7 +171,7 @@ impl Lighting {
                     (name, level.ok_or_else(|| LightingError::Level { part: part.to_owned() })?)
                 }
             };
-            let light = match layout.parse(name) {
+            let light = match lamp(name) {
                 Ok(Some(light)) => light,
                 Ok(None) => return Err(LightingError::Dark { word: word.to_owned() }),
                 Err(unknown) => return Err(unknown.into()),
@@ -149,6 +182,40 @@ impl Lighting {
             lighting = lighting.with(light, level);
         }
         Ok(lighting)
+    }
+}
+
+impl fmt::Display for Lighting {
+    /// The word with the [standard names](Light::standard_name) of the lamps, for files that carry no layout.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&self.written(Light::standard_name))
+    }
+}
+
+impl FromStr for Lighting {
+    type Err = LightingError;
+
+    /// Reads what `Display` writes.
+    fn from_str(word: &str) -> Result<Self, LightingError> {
+        Self::read(word, lamps::parse)
+    }
+}
+
+impl Serialize for Lighting {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Lighting {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        std::borrow::Cow::<str>::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
+    }
+}
+
+impl From<Light> for Lighting {
+    fn from(light: Light) -> Self {
+        Self::only(light)
     }
 }
 
@@ -186,6 +253,7 @@ pub enum LightingError {
 }
 
 /// Which lightings a rig allows. In files: `"one"`, or `{ any = { most_lit = 3, budget = 1.5 } }`.
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum Allowed {
@@ -263,6 +331,12 @@ impl Allowed {
             _ => Ok(()),
         }
     }
+
+    /// Whether this is the default, which files leave out.
+    #[must_use]
+    pub fn is_one(&self) -> bool {
+        *self == Self::One
+    }
 }
 
 /// The cone of a lamp or of a sensor: a power of the cosine to its axis, one half at `half_angle_deg`, nothing behind.
@@ -339,6 +413,7 @@ mod tests {
         fn words_are_read_as_they_are_written(lighting in lighting()) {
             let layout = layout();
             prop_assert_eq!(Lighting::parse(&lighting.word(&layout), &layout), Ok(lighting));
+            prop_assert_eq!(lighting.to_string().parse(), Ok(lighting));
         }
 
         #[test]
@@ -352,7 +427,7 @@ mod tests {
         /// Whatever is allowed at both ends is allowed in between.
         #[test]
         fn switching_never_exceeds_what_is_allowed_before_and_after(
-            from in lighting(), to in lighting(), most_lit in 1_u8..=8, budget in 0.1..8.0,
+            from in lighting(), to in lighting(), most_lit in 1_u8..=16, budget in 0.1..16.0,
         ) {
             let allowed = Allowed::Any { most_lit, budget };
             let both = allowed.permit(from).and(allowed.permit(to)).is_ok();
@@ -368,7 +443,7 @@ mod tests {
         }
 
         #[test]
-        fn one_is_exactly_what_a_light_can_be(lighting in lighting(), light in 0_usize..9) {
+        fn one_is_exactly_what_a_light_can_be(lighting in lighting(), light in 0_usize..17) {
             let light = Light::new(light);
             prop_assert_eq!(Lighting::from(light).single(), Some(light));
             prop_assert!(Allowed::One.permit(Lighting::from(light)).is_ok());
@@ -398,6 +473,15 @@ mod tests {
     }
 
     #[test]
+    fn a_mirror_exchanges_levels_and_the_brightest_lamp_is_the_first_of_equals() {
+        let four = Layout::four_sides();
+        let lighting = Lighting::DARK.with(Light::LEFT, 7).with(Light::FRONT, 9).with(Light::BACK, 9);
+        assert_eq!(lighting.mirrored(&four).unwrap().word(&four), "right:7+front:9+back:9");
+        assert_eq!((lighting.brightest(), Lighting::DARK.brightest()), (Some(Light::FRONT), None));
+        assert_eq!(lighting.within(&Layout::wahby2016()).to_string(), "left:7");
+    }
+
+    #[test]
     fn wrong_words_are_named() {
         let problem = |word: &str| Lighting::parse(word, &Layout::wahby2016()).unwrap_err().to_string();
         assert_eq!(problem("front"), "found light \"front\", wanted left, right or dark");
@@ -421,6 +505,6 @@ mod tests {
         let error = Allowed::One.permit(both).unwrap_err().to_string();
         assert!(error.contains("found 2 lit lamps with a total of 1.50"), "{error}");
         let error = Allowed::Any { most_lit: 0, budget: 1.0 }.check().unwrap_err().to_string();
-        assert_eq!(error, "found most_lit = 0, wanted 1 to 8");
+        assert_eq!(error, "found most_lit = 0, wanted 1 to 16");
     }
 }

@@ -7,7 +7,8 @@ use std::io::Read;
 
 use crate::geometry::path::resampled;
 use crate::geometry::{Point, Polyline, STEM_POINTS};
-use crate::lamps::{Layout, Light, UnknownLight};
+use crate::lamps::{Layout, Light};
+use crate::lighting::{Lighting, LightingError};
 use crate::math::statistics::median;
 use crate::math::vector::Vec3;
 use crate::observation::{Depth, Observation, Quality};
@@ -33,18 +34,40 @@ pub struct Sample {
     pub stem: Option<Polyline>,
     /// The third coordinate of tip and stem, where it is known. In a file: `tip_z_cm`, and z beside x and y of the stem.
     pub depth: Option<Depth>,
-    /// The lamp lit from this step to the next; `None` is dark.
+    /// The one lamp at full power from this step to the next; `None` is dark, or `levels`.
     pub light: Option<Light>,
+    /// The levels of the lamps from this step to the next, where `light` cannot say them. In a file both stand in `light`.
+    pub levels: Option<Lighting>,
     /// How the tip came about.
     pub quality: Quality,
 }
 
 impl Sample {
-    /// What was `seen` at a step, and the light decided for it.
+    /// What was `seen` at a step, and the lighting decided for it.
     #[must_use]
-    pub fn of(seen: Observation, step: u32, time_s: f64, light: Option<Light>) -> Self {
+    pub fn of(seen: Observation, step: u32, time_s: f64, lighting: impl Into<Lighting>) -> Self {
         let Observation { tip, stem, depth, quality } = seen;
-        Self { step, time_s, tip, stem, depth, light, quality }
+        let mut sample = Self { step, time_s, tip, stem, depth, light: None, levels: None, quality };
+        sample.set_lighting(lighting.into());
+        sample
+    }
+
+    /// The levels of all lamps from this step to the next.
+    #[must_use]
+    pub fn lighting(&self) -> Lighting {
+        self.levels.unwrap_or(self.light.into())
+    }
+
+    /// Whether no lamp is lit from this step to the next, as at the last one of a track.
+    #[must_use]
+    pub fn is_dark(&self) -> bool {
+        self.lighting() == Lighting::DARK
+    }
+
+    /// Sets the levels of all lamps from this step to the next.
+    pub fn set_lighting(&mut self, lighting: Lighting) {
+        let single = lighting.single();
+        (self.light, self.levels) = (single.flatten(), single.is_none().then_some(lighting));
     }
 
     /// What was seen at this step.
@@ -247,7 +270,7 @@ pub enum TrackError {
         /// Line of the file, the header being line 1.
         line: u64,
         /// The word that stands there.
-        source: UnknownLight,
+        source: LightingError,
     },
     /// No rows.
     #[error("found no rows, wanted at least one step")]
@@ -285,16 +308,13 @@ impl Track {
     #[must_use]
     pub fn mirrored(&self) -> Option<Self> {
         let image = |sample: &Sample| {
-            let light = match sample.light {
-                None => None,
-                Some(light) => Some(self.layout.mirrored(light)?),
-            };
-            Some(Sample {
+            let mut image = Sample {
                 tip: sample.tip.mirrored(),
                 stem: sample.stem.as_ref().map(Polyline::mirrored),
-                light,
                 ..sample.clone()
-            })
+            };
+            image.set_lighting(sample.lighting().mirrored(&self.layout)?);
+            Some(image)
         };
         let samples = self.samples.iter().map(image).collect::<Option<_>>()?;
         Some(Self { layout: self.layout.clone(), period_min: self.period_min, samples, columns: Vec::new() })
@@ -302,8 +322,8 @@ impl Track {
 
     /// Pairs of samples one step apart, with the light that was lit between them.
     ///
-    /// Left out are pairs with a gap between them, pairs in the dark, and pairs of which either tip was carried forward: a held
-    /// value is no measurement.
+    /// Left out are pairs with a gap between them, pairs in the dark or under several lamps or levels, and pairs of which
+    /// either tip was carried forward: a held value is no measurement.
     pub fn shifts(&self) -> impl Iterator<Item = (Point, Point, Light)> {
         self.samples.windows(2).filter_map(|pair| {
             let (before, after) = (&pair[0], &pair[1]);
@@ -384,7 +404,9 @@ impl Track {
             push_number(&mut out, sample.tip.x, 5);
             out.push(b',');
             push_number(&mut out, sample.tip.y, 5);
-            for word in [self.layout.name(sample.light), sample.quality.name()] {
+            let levels = sample.levels.map(|levels| levels.word(&self.layout));
+            let light = levels.as_deref().unwrap_or(self.layout.name(sample.light));
+            for word in [light, sample.quality.name()] {
                 out.push(b',');
                 push_cell(&mut out, word);
             }
@@ -411,7 +433,7 @@ impl Track {
     pub fn read_csv(input: impl Read) -> Result<Self, TrackError> {
         let mut track = Self::read_csv_of(input, &Layout::four_sides())?;
         let paper = Layout::wahby2016();
-        if track.samples.iter().filter_map(|sample| sample.light).all(|light| paper.contains(light)) {
+        if track.samples.iter().all(|sample| sample.lighting().within(&paper) == sample.lighting()) {
             track.layout = paper;
         }
         Ok(track)
@@ -456,7 +478,9 @@ impl Track {
             if track.samples.last().is_some_and(|last: &Sample| last.step >= number_of_step) {
                 return Err(refused("step", &number_of_step.to_string(), "a step after the row above"));
             }
-            track.samples.push(Sample {
+            let lighting =
+                Lighting::parse(&record[lit], layout).map_err(|source| TrackError::Light { line, source })?;
+            let mut sample = Sample {
                 step: number_of_step,
                 time_s: match time {
                     None => f64::from(number_of_step) * PAPER_PERIOD_MIN * 60.0,
@@ -465,7 +489,8 @@ impl Track {
                 tip,
                 stem: None,
                 depth: None,
-                light: layout.parse(&record[lit]).map_err(|source| TrackError::Light { line, source })?,
+                light: None,
+                levels: None,
                 quality: match quality {
                     None => Quality::Measured,
                     Some(at) => {
@@ -474,7 +499,9 @@ impl Track {
                         record[at].parse().map_err(refusal)?
                     }
                 },
-            });
+            };
+            sample.set_lighting(lighting);
+            track.samples.push(sample);
             for (column, &at) in texts.iter_mut().zip(&further) {
                 column.push(of_csv_cell(&record[at]).to_owned());
             }
@@ -530,7 +557,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn any_track() -> impl Strategy<Value = Track> {
-        let sample = (-3_000_000..3_000_000, -10_000..3_000_000, 0..3_usize, 0..3_usize);
+        let sample = (-3_000_000..3_000_000, -10_000..3_000_000, 0..4_usize, 0..3_usize);
         prop::collection::vec(sample, 1..20).prop_map(|rows| {
             let samples = rows.into_iter().enumerate().map(|(step, (x, y, light, quality))| Sample {
                 step: step as u32,
@@ -538,7 +565,8 @@ mod tests {
                 tip: Point::new(f64::from(x) / 1e5, f64::from(y) / 1e5),
                 stem: None,
                 depth: None,
-                light: [Some(Light::LEFT), Some(Light::RIGHT), None][light],
+                light: [Some(Light::LEFT), Some(Light::RIGHT), None, None][light],
+                levels: (light == 3).then(|| Lighting::only(Light::LEFT).with(Light::RIGHT, 7)),
                 quality: [Quality::Measured, Quality::CarriedForward, Quality::Simulated][quality],
             });
             Track::of(samples.collect())
@@ -601,6 +629,7 @@ mod tests {
             stem: None,
             depth: None,
             light: None,
+            levels: None,
             quality: Quality::Measured,
         });
         let mut track = Track::of(rows.collect());

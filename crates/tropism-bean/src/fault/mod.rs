@@ -9,7 +9,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use tropism::check::{OutOfRange, ensure};
-use tropism::lamps::Light;
+use tropism::lighting::Lighting;
 use tropism::photo::Image;
 use tropism::random::{Purpose, derive, stream, uniform};
 
@@ -169,7 +169,7 @@ pub fn photograph(
     renderer: &mut Renderer,
     events: &[FaultEvent],
     pose: &Pose,
-    lit: Option<Light>,
+    lit: impl Into<Lighting>,
     frame_index: u64,
     last: Option<&[u8]>,
 ) -> Option<Vec<u8>> {
@@ -179,7 +179,7 @@ pub fn photograph(
     if let Some(last) = last.filter(|_| has_fault(events, Fault::Repeated)) {
         return Some(last.to_vec());
     }
-    let lit = lit.filter(|_| !has_fault(events, Fault::LampFails));
+    let lit = if has_fault(events, Fault::LampFails) { Lighting::DARK } else { lit.into() };
     let flash = !has_fault(events, Fault::MissedFlash);
     let mut pose = pose.clone();
     for event in events.iter().filter(|event| event.fault == Fault::LeafAcross) {

@@ -14,7 +14,7 @@ use super::cloth::{Cloth, Texture};
 use super::paint::Canvas;
 use super::solids::Solids;
 use super::tone::ToneCurve;
-use crate::scene::{FLASH, LAMP_HEIGHT, LAMP_RADIUS, Lighting, POT_DEPTH, POT_RADIUS, Rgb, Scene};
+use crate::scene::{FLASH, LAMP_HEIGHT, LAMP_RADIUS, LightSources, Lit, POT_DEPTH, POT_RADIUS, Rgb, Scene};
 use crate::view::{CAMERA, View, WALL, project};
 
 /// Albedo of black cloth: two dull browns, because its dye reflects near infrared.
@@ -136,7 +136,7 @@ impl Background {
     }
 
     /// Red, green and blue of each pixel, sharp.
-    pub(super) fn photograph(&self, scene: &Scene, lighting: &Lighting, tone: &ToneCurve) -> Vec<u8> {
+    pub(super) fn photograph(&self, scene: &Scene, lighting: &LightSources, tone: &ToneCurve) -> Vec<u8> {
         let frame = scene.frame();
         let lamps: Vec<_> = self.lamps.iter().map(Coil::extent).collect();
         let mut rgb = Vec::with_capacity(3 * scene.width as usize * scene.height as usize);
@@ -166,9 +166,9 @@ impl Background {
     }
 
     /// The light that reaches the lens from `hit`, along a ray through a point of the plane of the pot's axis.
-    fn light(&self, point: Point, along: Vec3, hit: &Hit, lighting: &Lighting) -> Rgb {
+    fn light(&self, point: Point, along: Vec3, hit: &Hit, lighting: &LightSources) -> Rgb {
         let light = match hit.what {
-            Thing::Coil(light) if lighting.lit() == Some(light) => [40.0; 3],
+            Thing::Coil(light) if lighting.power(light) > 0.0 => [40.0 * lighting.power(light); 3],
             Thing::Wall => self.on_wall(hit, lighting),
             Thing::Coil(_) => lighting.at(hit.at, hit.normal, 0.2),
             Thing::Matt | Thing::Pot => lighting.at(hit.at, hit.normal, 0.3),
@@ -178,7 +178,7 @@ impl Background {
         if hit.what == Thing::Pot || hit.what == Thing::Metal {
             shine = add(shine, scale(lighting.gloss(hit.at, hit.normal), 0.35));
         }
-        let veil = self.lit(lighting).map_or([0.0; 3], |coil| lighting.veil(self.off_coil(point, coil)));
+        let veil = lighting.sum(|lit| lighting.veil(lit, self.off_coil(point, self.coil(lit))));
         // A wide lens darkens towards its corners.
         let slant = CAMERA[2] / norm(along);
         add(scale(shine, slant * slant), veil)
@@ -186,20 +186,25 @@ impl Background {
 
     /// The light on the cloth. Half of a lamp's coil faces the cloth from close by, so that it gets more of the lamp than
     /// its distance from the lamp's middle tells: around the lamp the cloth is brighter than the sensor can tell.
-    fn on_wall(&self, hit: &Hit, lighting: &Lighting) -> Rgb {
-        let flood = self.lit(lighting).map_or(0.0, |coil| {
-            if !coil.is_on_wall {
-                return 1.0;
-            }
-            let from_lamp = sub(hit.at, coil.centre);
-            let near = 9.0 / norm(from_lamp).max(4.0);
-            2.3 * (1.0 + 2.5 * near * near * near * near) * self.beam(from_lamp, coil.light)
-        });
+    fn on_wall(&self, hit: &Hit, lighting: &LightSources) -> Rgb {
         let shade = |lamp: Vec3| self.solids.share_of_light(hit.at, lamp);
-        let lamp = scale(lighting.by_lamp(hit.at, hit.normal, 0.1), lighting.bulb().map_or(1.0, shade));
         let flash = scale(lighting.by_flash(hit.at, hit.normal, 0.0), 1.35 * shade(FLASH));
-        let lamp = core::array::from_fn(|band| lamp[band] * flood * BLUE_ON_CLOTH[band]);
-        add(add(scale(lighting.bounced(), BETWEEN), flash), lamp)
+        let lamps = lighting.sum(|lit| {
+            let flood = self.flood(hit.at, self.coil(lit));
+            let lamp = scale(lighting.by_lamp(lit, hit.at, hit.normal, 0.1), shade(lit.bulb));
+            core::array::from_fn(|band| lamp[band] * flood * BLUE_ON_CLOTH[band])
+        });
+        add(add(scale(lighting.bounced(), BETWEEN), flash), lamps)
+    }
+
+    /// How much more light a place of the cloth gets from a lamp than from a small one in the lamp's middle.
+    fn flood(&self, at: Vec3, coil: &Coil) -> f64 {
+        if !coil.is_on_wall {
+            return 1.0;
+        }
+        let from_lamp = sub(at, coil.centre);
+        let near = 9.0 / norm(from_lamp).max(4.0);
+        2.3 * (1.0 + 2.5 * near * near * near * near) * self.beam(from_lamp, coil.light)
     }
 
     /// Relative emission of a lamp along the cloth: its collar shades the cloth below it, and an uneven coil emits broad rays.
@@ -261,9 +266,9 @@ impl Background {
         Hit { at, normal, colour: self.cloth_colour(at[2], at[1], brightness), what: Thing::Wall }
     }
 
-    /// The lamp that is lit.
-    fn lit(&self, lighting: &Lighting) -> Option<&Coil> {
-        self.lamps.get(lighting.lit()?.index())
+    /// The coil of a lit lamp.
+    fn coil(&self, lit: Lit) -> &Coil {
+        &self.lamps[lit.light.index()]
     }
 
     fn meet_pot(&self, along: Vec3) -> Option<Hit> {

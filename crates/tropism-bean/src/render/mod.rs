@@ -15,7 +15,8 @@ mod jpeg;
 mod sensor;
 mod truth;
 
-use tropism::lamps::{Layout, Light};
+use tropism::lamps::Layout;
+use tropism::lighting::Lighting;
 use tropism::math::interpolate::bilinear;
 use tropism::obstacle::Solid;
 use tropism::photo::Image;
@@ -28,7 +29,7 @@ use self::tone::ToneCurve;
 pub use self::truth::{Truth, truth};
 use self::ycbcr::YcbcrImage;
 use super::pose::Pose;
-use super::scene::{Lighting, Scene};
+use super::scene::{LightSources, Scene};
 use super::view::{Frame, View};
 
 /// A camera in front of a virtual tent.
@@ -41,8 +42,9 @@ pub struct Renderer {
     blur: Blur,
     noise: Noise,
     layout: Layout,
-    /// Cached background of each state of the lights: dark, then each lamp; without and with flash.
-    backgrounds: Vec<Option<YcbcrImage>>,
+    /// Cached backgrounds: of darkness and of each lamp alone at full power, and of one further lighting; without and with
+    /// flash.
+    backgrounds: Vec<(Lighting, bool, YcbcrImage)>,
     /// Reused memory of the next photograph: allocation costs more than filling it.
     film: YcbcrImage,
 }
@@ -113,26 +115,33 @@ impl Renderer {
         truth(&pose.seen_from(self.view), self.frame())
     }
 
-    /// The picture of `pose` with one lamp `lit` or none, taken with or without the flash.
+    /// The picture of `pose` with the lamps `lit`, taken with or without the flash.
     ///
     /// The picture depends on the arguments alone; `frame_index` selects the noise.
     #[must_use]
-    pub fn draw(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) -> Image {
-        self.expose(pose, lit, flash, frame_index);
+    pub fn draw(&mut self, pose: &Pose, lit: impl Into<Lighting>, flash: bool, frame_index: u64) -> Image {
+        self.expose(pose, lit.into(), flash, frame_index);
         self.film.picture()
     }
 
     /// The same picture as [`Self::draw`] gives, as the bytes of a JPEG file.
     #[must_use]
-    pub fn photograph(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) -> Vec<u8> {
-        self.expose(pose, lit, flash, frame_index);
+    pub fn photograph(
+        &mut self,
+        pose: &Pose,
+        lit: impl Into<Lighting>,
+        flash: bool,
+        frame_index: u64,
+    ) -> Vec<u8> {
+        self.expose(pose, lit.into(), flash, frame_index);
         jpeg::encode(&self.film, self.scene.jpeg_quality)
     }
 
-    fn expose(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) {
-        let lighting = Lighting::new(&self.scene, &self.layout, lit, flash, self.view);
+    fn expose(&mut self, pose: &Pose, lit: Lighting, flash: bool, frame_index: u64) {
+        let lit = lit.within(&self.layout);
+        let lighting = LightSources::new(&self.scene, &self.layout, lit, flash, self.view);
         let mut film = std::mem::take(&mut self.film);
-        film.clone_from(self.background(&lighting, flash));
+        film.clone_from(self.background(&lighting, lit, flash));
         let margin = self.blur.reach() as i64 + 1;
         let body = Body::new(&pose.seen_from(self.view));
         if let Some(mut canvas) = Canvas::paint(&body, self.frame(), margin, &lighting, &self.tone) {
@@ -155,16 +164,19 @@ impl Renderer {
         jpeg::encode(&YcbcrImage::of(image), self.scene.jpeg_quality)
     }
 
-    fn background(&mut self, lighting: &Lighting, flash: bool) -> &YcbcrImage {
-        let state = 2 * lighting.lit().map_or(0, |light| 1 + light.index()) + usize::from(flash);
-        let Self { scene, background, tone, blur, backgrounds, layout, .. } = self;
-        backgrounds.resize(2 * (1 + layout.len()), None);
-        backgrounds[state].get_or_insert_with(|| {
+    fn background(&mut self, sources: &LightSources, lit: Lighting, flash: bool) -> &YcbcrImage {
+        let Self { scene, background, tone, blur, backgrounds, .. } = self;
+        let known = backgrounds.iter().position(|(of, with_flash, _)| (*of, *with_flash) == (lit, flash));
+        let number = known.unwrap_or_else(|| {
+            // Levels have too many states to keep.
+            backgrounds.retain(|(of, with_flash, _)| of.single().is_some() || *with_flash != flash);
             let (width, height) = (scene.width as usize, scene.height as usize);
-            let mut rgb = background.photograph(scene, lighting, tone);
+            let mut rgb = background.photograph(scene, sources, tone);
             blur.apply(&mut rgb, width, 3);
-            YcbcrImage::of(&Image { width, height, rgb })
-        })
+            backgrounds.push((lit, flash, YcbcrImage::of(&Image { width, height, rgb })));
+            backgrounds.len() - 1
+        });
+        &backgrounds[number].2
     }
 }
 

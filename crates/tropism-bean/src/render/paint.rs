@@ -10,7 +10,7 @@ use tropism::math::vector::{Vec3, add, dot, normalize_or, scale, sub};
 use super::body::{Blade, Body, Oval, nearness, ribbon};
 use super::tone::ToneCurve;
 use crate::pose::Node;
-use crate::scene::{Lighting, Rgb};
+use crate::scene::{LightSources, Rgb};
 use crate::view::{CAMERA, Frame, project};
 
 /// A stem is pale where it left the soil, green where the cotyledons were, and yellowish where it is young.
@@ -33,7 +33,7 @@ pub(super) struct Canvas<'a> {
     /// Column and row of the photograph at the canvas's corner: even ones, for colour is kept for 2 x 2 pixels.
     pub(super) corner: [i64; 2],
     pub(super) frame: Frame,
-    lighting: &'a Lighting,
+    lighting: &'a LightSources,
     tone: &'a ToneCurve,
 }
 
@@ -43,7 +43,7 @@ impl<'a> Canvas<'a> {
         body: &Body,
         frame: Frame,
         margin: i64,
-        lighting: &'a Lighting,
+        lighting: &'a LightSources,
         tone: &'a ToneCurve,
     ) -> Option<Self> {
         let ([left, top], [right, bottom]) = bounds(body, frame)?;

@@ -21,7 +21,7 @@ use crate::shell::Shell;
 /// images. The model of the stem is not the paper's: each step depends on the light of the last hour and on the last steps,
 /// and each plant has a response of its own. It needs tracks with stems, such as those of `tropism track` and `tropism grow`,
 /// and two lamps, one on each side. For targets in space the same model is fitted in space: it needs tracks of two cameras, and
-/// takes 2 to 8 lamps. `tropism forecast` compares models on plants that were left out.
+/// takes 2 to 16 lamps. `tropism forecast` compares models on plants that were left out.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism fit tent --out model.json\n  \

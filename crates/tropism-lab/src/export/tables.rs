@@ -1,6 +1,7 @@
 //! The tables of an export: the journal as `track.csv` and `events.csv`, and what their columns mean.
 
-use tropism::lamps::{Layout, Light};
+use tropism::lamps::Layout;
+use tropism::lighting::Lighting;
 use tropism::observation::Observation;
 use tropism::rig::Event;
 use tropism::text::csv_cell;
@@ -69,9 +70,8 @@ pub(super) fn track_csv(steps: &[StepRecord], layout: &Layout) -> Vec<u8> {
 /// The steps of a journal with a decision, and the last step, as a track with further columns.
 fn track(steps: &[StepRecord], layout: &Layout) -> Track {
     let last = steps.last().map(|step| step.step);
-    let is_in_track =
-        |(step, _): &(&StepRecord, Option<Light>)| step.decided.is_some() || Some(step.step) == last;
-    let (steps, lights): (Vec<(&StepRecord, &Observation)>, Vec<Option<Light>>) = steps
+    let is_in_track = |(step, _): &(&StepRecord, Lighting)| step.decided.is_some() || Some(step.step) == last;
+    let (steps, lights): (Vec<(&StepRecord, &Observation)>, Vec<Lighting>) = steps
         .iter()
         .zip(lights_that_acted(steps))
         .filter(is_in_track)
@@ -93,7 +93,7 @@ fn track(steps: &[StepRecord], layout: &Layout) -> Track {
         column("tip_y_px", &|step| tip_px(step)[1].clone()),
         column("class", &|step| step.seen.status.to_string()),
         column("confidence", &|step| format!("{:.3}", step.seen.confidence)),
-        column("decided", &|step| layout.name(step.decided).to_owned()),
+        column("decided", &|step| step.decided.unwrap_or_default().word(layout)),
         column("done", &|step| u8::from(step.is_confirmed).to_string()),
         column("moved_x_px", &|step| moved(step, 0)),
         column("moved_y_px", &|step| moved(step, 1)),

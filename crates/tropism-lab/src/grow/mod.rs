@@ -247,7 +247,7 @@ impl GrowPlan {
         let mut is_whole = vec![true; plants.len()];
         let mut watch = |place: usize, sample: &Sample| {
             is_whole[place] = monitor.may_go_on();
-            if !is_whole[place] || sample.light.is_none() {
+            if !is_whole[place] || sample.is_dark() {
                 monitor.advance(1);
             }
             if is_whole[place] { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }

@@ -92,7 +92,7 @@ impl GrowPlan {
                 files::write(&path, &view.photograph(device))
             });
             monitor.advance(1);
-            if sample.light.is_none() {
+            if sample.is_dark() {
                 truth = Some((device.truth_csv(), device.truth_json()));
             }
             if written.is_ok() && monitor.may_go_on() {

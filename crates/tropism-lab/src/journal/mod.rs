@@ -24,7 +24,7 @@ use std::time::Duration;
 
 use rusqlite::types::Value;
 use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params_from_iter};
-use tropism::lamps::Light;
+use tropism::lighting::Lighting;
 use tropism::rig::{Boot, Durability, Event, Moment};
 use tropism::text::plural;
 
@@ -302,8 +302,9 @@ impl Journal {
     ///
     /// # Errors
     /// [`JournalError::Sqlite`].
-    pub fn record_decision(&self, step: u32, light: Light) -> Result<(), JournalError> {
-        self.write("decided", &[light.standard_name().to_owned().into(), step.into()])
+    pub fn record_decision(&self, step: u32, lighting: impl Into<Lighting>) -> Result<(), JournalError> {
+        let lighting: Lighting = lighting.into();
+        self.write("decided", &[lighting.to_string().into(), step.into()])
     }
 
     /// Records that the lamps confirmed the decision of a step.

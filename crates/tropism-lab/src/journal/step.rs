@@ -4,6 +4,7 @@ use rusqlite::types::Value;
 use serde::{Deserialize, Serialize};
 use tropism::geometry::{Pixel, Point, Polyline};
 use tropism::lamps::{self, Light};
+use tropism::lighting::Lighting;
 use tropism::observation::{Observation, Quality};
 use tropism::rig::Moment;
 use tropism::vision::{FrameStatus, TrackedFrame};
@@ -41,14 +42,15 @@ pub struct StepRecord {
     pub seen: TrackedFrame,
     /// What a second camera saw at the side; `None` without one.
     pub side: Option<Box<SideRecord>>,
-    /// The light that was decided; `None` before the decision, at the last step, and where the plant was not detected for
+    /// The lighting that was decided; `None` before the decision, at the last step, and where the plant was not detected for
     /// so long that nothing was decided.
-    pub decided: Option<Light>,
+    pub decided: Option<Lighting>,
     /// Whether the lamps confirmed the decision.
     pub is_confirmed: bool,
     /// When the step began; `None` in the virtual tent.
     pub begun: Option<Moment>,
-    /// The light that the photograph shows, `Some(None)` if no lamp or both; `None` if it was not looked for.
+    /// The light that the photograph shows, `Some(None)` if no lamp or both; `None` if it was not looked for, as under several
+    /// lamps or levels.
     pub lit: Option<Option<Light>>,
 }
 
@@ -61,15 +63,16 @@ macro_rules! columns {
 }
 pub(super) use columns;
 
-/// The light that acted from each step to the next: the decided one, or `None` where the lamps never confirmed it or the
+/// The lighting that acted from each step to the next: the decided one, or darkness where the lamps never confirmed it or the
 /// photograph of the next step shows another light.
-pub(crate) fn lights_that_acted(steps: &[StepRecord]) -> Vec<Option<Light>> {
-    let is_contradicted = |index: usize, light: Light| {
+pub(crate) fn lights_that_acted(steps: &[StepRecord]) -> Vec<Lighting> {
+    let is_contradicted = |index: usize, lighting: Lighting| {
         let next = steps.get(index + 1).filter(|next| next.step == steps[index].step + 1);
-        next.and_then(|next| next.lit).is_some_and(|lit| lit != Some(light))
+        next.and_then(|next| next.lit).is_some_and(|lit| Lighting::from(lit) != lighting)
     };
     let acted = |(index, step): (usize, &StepRecord)| {
-        step.decided.filter(|&light| step.is_confirmed && !is_contradicted(index, light))
+        let acted = step.decided.filter(|&decided| step.is_confirmed && !is_contradicted(index, decided));
+        acted.unwrap_or(Lighting::DARK)
     };
     steps.iter().enumerate().map(acted).collect()
 }
@@ -123,7 +126,7 @@ impl StepRecord {
             photo_sha256: row.get(4)?,
             seen: read_seen(step, row)?,
             side: row.get::<_, Option<String>>(18)?.map(|text| parse_side(step, text)).transpose()?,
-            decided: read_light(step, "decided", row.get(19)?)?.flatten(),
+            decided: read_lighting(step, row.get(19)?)?,
             is_confirmed: row.get(20)?,
             begun: moment(row.get(12)?, row.get(13)?),
             lit: read_light(step, "lit", row.get(14)?)?,
@@ -176,6 +179,15 @@ fn read_light(
     let Some(word) = word else { return Ok(None) };
     let error = |_| JournalError::Value { step, column, found: word.clone(), wanted: "left, right or dark" };
     lamps::parse(&word).map(Some).map_err(error)
+}
+
+/// The decided lighting, with the standard names of its lamps.
+fn read_lighting(step: u32, word: Option<String>) -> Result<Option<Lighting>, JournalError> {
+    let wanted = "left, right, dark, or levels such as left:128+right";
+    let parsed = |word: String| {
+        word.parse().map_err(|_| JournalError::Value { step, column: "decided", found: word, wanted })
+    };
+    word.map(parsed).transpose()
 }
 
 /// The points of a stem as JSON, `[[x, y], ...]` in cm; exact to the bit.

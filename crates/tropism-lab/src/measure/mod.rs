@@ -7,8 +7,8 @@
 mod angle_file;
 mod demo;
 mod page;
-mod files_of;
 mod species_file;
+mod files_of;
 
 use std::path::PathBuf;
 

@@ -3,6 +3,7 @@
 use tropism::environment::Environment;
 use tropism::geometry::Pixel;
 use tropism::lamps::Light;
+use tropism::lighting::Lighting;
 use tropism::rig::fault_policy::COLUMNS;
 use tropism::rig::{Camera, Clock, Event, EventKind, FaultPolicy, Flash, Lamps, Moment};
 use tropism::text::plural;
@@ -90,7 +91,7 @@ impl Streaks {
             lamp: 0,
             mismatch: last(&|index, step| {
                 let before = steps[..index].iter().rev().find_map(|step| step.decided);
-                before.is_some() && step.lit.is_some_and(|lit| lit != before)
+                before.is_some() && step.lit.is_some_and(|lit| before != Some(Lighting::from(lit)))
             }),
             frozen: last(&is_frozen),
         }
@@ -186,6 +187,8 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     /// The light that a photograph shows, if it is looked for and can be seen.
     pub(super) fn lit_in(&self, frame: &Frame, status: FrameStatus) -> Option<Option<Light>> {
         let places = self.supervision.lamps_in_view.as_ref()?.places(self.rig.layout());
+        // What is looked for is one lamp at full power.
+        self.command.is_none_or(|command| command.lighting.single().is_some()).then_some(())?;
         if [FrameStatus::Dark, FrameStatus::Repeated].contains(&status) {
             return None;
         }
@@ -194,12 +197,12 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
 
     /// Compares the light in the photograph with the command.
     fn check_lamps(&mut self, lit: Option<Option<Light>>) -> Result<(), RecordError> {
-        let (Some(lit), Some(Command { light: commanded, .. }), true) =
+        let (Some(lit), Some(Command { lighting: commanded, .. }), true) =
             (lit, self.command, self.is_confirmed)
         else {
             return Ok(());
         };
-        if lit == Some(commanded) {
+        if Lighting::from(lit) == commanded {
             let steps = std::mem::take(&mut self.health.streaks.mismatch);
             let text = format!("{} is lit again", self.rig.layout().name(lit));
             return self.report_recovery(steps, &text);
@@ -207,7 +210,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         self.health.streaks.mismatch += 1;
         let steps = self.health.streaks.mismatch;
         let layout = self.rig.layout();
-        let (found, wanted) = (layout.name(lit), layout.name(Some(commanded)));
+        let (found, wanted) = (layout.name(lit), commanded.word(layout));
         let text = format!("found {found} lit in the photograph, wanted {wanted}, {steps} in a row");
         self.report(EventKind::Mismatch, text.clone())?;
         if steps >= self.supervision.policy.pause_steps { Err(self.pause(text)) } else { Ok(()) }

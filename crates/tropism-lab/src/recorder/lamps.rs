@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use tropism::environment::Environment;
-use tropism::lamps::Light;
+use tropism::lighting::Lighting;
 use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, OnFault, RigError};
 use tropism::text::plural;
 
@@ -22,8 +22,8 @@ pub(super) const RETRY_AFTER: Duration = Duration::from_secs(30);
 pub(super) struct Command {
     /// The step of the decision.
     pub(super) step: u32,
-    /// The light that was decided.
-    pub(super) light: Light,
+    /// The lighting that was decided.
+    pub(super) lighting: Lighting,
 }
 
 /// The steps after which a lamp was lit.
@@ -37,7 +37,8 @@ pub(super) struct LightHours {
 impl LightHours {
     /// Those of a run that is resumed: where the journal has a decision, a lamp may have been lit.
     pub(super) fn of(steps: &[StepRecord]) -> Self {
-        let lit = steps.iter().filter(|step| step.decided.is_some()).map(|step| step.step);
+        let is_lit = |step: &&StepRecord| step.decided.is_some_and(|decided| decided != Lighting::DARK);
+        let lit = steps.iter().filter(is_lit).map(|step| step.step);
         Self { steps: lit.collect(), is_spent: false }
     }
 
@@ -56,26 +57,29 @@ impl LightHours {
 }
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
-    /// The light that was lit when the run was interrupted, by the journal.
-    pub(super) fn interrupted_light(&self) -> Option<Light> {
+    /// How the lamps shone when the run was interrupted, by the journal.
+    pub(super) fn interrupted_lighting(&self) -> Lighting {
         let steps = self.replay.steps();
         let measured = steps.iter().rfind(|step| step.seen.is_measured()).map(|step| step.step);
         let is_dark = self.supervision.policy.on_fault == OnFault::Dark
             && steps
                 .last()
                 .is_some_and(|last| last.decided.is_none() && self.is_carried_too_long(measured, last.step));
-        steps.iter().rev().find_map(|step| step.decided).filter(|_| !is_dark)
+        let latest = steps.iter().rev().find_map(|step| step.decided);
+        latest.filter(|_| !is_dark).unwrap_or(Lighting::DARK)
     }
 
     /// Records the decision, then acts on it.
-    pub(super) fn decide(&mut self, light: Light) -> Result<(), RecordError> {
+    pub(super) fn decide(&mut self, lighting: Lighting) -> Result<(), RecordError> {
         let step = self.step;
-        self.write(|journal| journal.record_decision(step, light))?;
+        self.write(|journal| journal.record_decision(step, lighting))?;
         if self.is_light_spent()? {
             return Ok(());
         }
-        self.light_hours.add(step);
-        (self.command, self.is_confirmed) = (Some(Command { step, light }), false);
+        if lighting != Lighting::DARK {
+            self.light_hours.add(step);
+        }
+        (self.command, self.is_confirmed) = (Some(Command { step, lighting }), false);
         let mut failure = None;
         for _ in 0..TRIES {
             failure = self.act()?;
@@ -119,16 +123,16 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         Ok(is_spent)
     }
 
-    /// Lights the commanded lamp and records its confirmation. Returns the failure of the lamps, if they failed.
+    /// Sets the lamps as commanded and records their confirmation. Returns the failure of the lamps, if they failed.
     pub(super) fn act(&mut self) -> Result<Option<RigError>, RecordError> {
-        let Some(Command { step, light }) = self.command else { return Ok(None) };
-        if let Err(error) = self.rig.light(Some(light)) {
+        let Some(Command { step, lighting }) = self.command else { return Ok(None) };
+        if let Err(error) = self.rig.shine(lighting) {
             return Ok(Some(error));
         }
         self.is_confirmed = true;
         self.write(|journal| journal.record_confirmation(step))?;
         if std::mem::take(&mut self.health.streaks.lamp) > 0 {
-            let text = format!("{} obeys again", self.rig.layout().name(Some(light)));
+            let text = format!("{} obeys again", lighting.word(self.rig.layout()));
             self.report(EventKind::Recovered, text)?;
         }
         Ok(None)

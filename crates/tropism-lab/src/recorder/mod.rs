@@ -15,6 +15,7 @@ mod replay;
 
 use tropism::environment::Environment;
 use tropism::lamps::{Layout, Light};
+use tropism::lighting::Lighting;
 use tropism::observation::{Observation, Quality};
 use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError, Shot, SideView};
 use tropism::rig::{Event, EventKind, FaultPolicy, LampsInView, NoMonitor, RunMonitor};
@@ -85,10 +86,10 @@ pub enum RecordError {
     Diverged {
         /// Step.
         step: u32,
-        /// The recorded light.
-        found: Light,
-        /// The light that the controller decides now.
-        wanted: Light,
+        /// The recorded lighting.
+        found: Lighting,
+        /// The lighting that the controller decides now.
+        wanted: Lighting,
     },
 }
 
@@ -153,10 +154,10 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
 
     /// Begins or resumes a run that is not over; `state` is the latest state in its journal.
     fn begin(&mut self, state: Option<EventKind>) -> Result<(), RecordError> {
-        let light = self.interrupted_light();
+        let lighting = self.interrupted_lighting();
         // In the virtual tent, whose clock jumps, the replay lights the lamps of the recorded steps.
         let is_real = self.rig.clock().now().is_some();
-        let lit = self.rig.light(light.filter(|_| is_real));
+        let lit = self.rig.shine(if is_real { lighting } else { Lighting::DARK });
         self.is_confirmed = lit.is_ok();
         if let Some(boot) = self.rig.clock().boot() {
             self.write(|journal| journal.record_boot(&boot))?;
@@ -164,7 +165,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
         match self.replay.len() {
             0 if state.is_none() => self.report(EventKind::Started, "the run begins".to_owned())?,
             steps => {
-                let lamp = light.map(|_| self.rig.layout().name(light));
+                let lamp = (lighting != Lighting::DARK).then(|| lighting.word(self.rig.layout()));
                 let lamps = match (lamp, &lit) {
                     (Some(lamp), Ok(())) => format!("; {lamp} is lit as before"),
                     (None, Ok(())) => "; all lamps are dark".to_owned(),
@@ -343,14 +344,18 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorder<'_, C, L,
                 ),
             )?;
             self.rest()?;
-            if self.command.is_some() {
+            if self.command.is_some_and(|command| command.lighting != Lighting::DARK) {
                 self.light_hours.add(step);
             }
         }
     }
 
     fn step(&mut self, light: Light) -> Result<(), RecordError> {
-        if self.replay_decided(light)? { Ok(()) } else { self.decide(light) }
+        self.shine(light.into())
+    }
+
+    fn shine(&mut self, lighting: Lighting) -> Result<(), RecordError> {
+        if self.replay_decided(lighting)? { Ok(()) } else { self.decide(lighting) }
     }
 
     fn missed(&self) -> u32 {

@@ -1,6 +1,6 @@
 //! The replay of recorded steps, until the run is where the interruption left it.
 
-use tropism::lamps::Light;
+use tropism::lighting::Lighting;
 use tropism::photo::Photo;
 use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, OnFault, Shot, SideShot};
 use tropism::vision::{FrameStatus, TipTracker, TrackedFrame};
@@ -93,11 +93,11 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     /// recorded one or was not recorded before.
     ///
     /// # Errors
-    /// [`RecordError::Diverged`] if `light`, which the controller decides now, is not the recorded decision.
-    pub(super) fn replay_decided(&mut self, light: Light) -> Result<bool, RecordError> {
+    /// [`RecordError::Diverged`] if `lighting`, which the controller decides now, is not the recorded decision.
+    pub(super) fn replay_decided(&mut self, lighting: Lighting) -> Result<bool, RecordError> {
         let Some((index, &StepRecord { step, decided, .. })) = self.replay.latest() else { return Ok(false) };
-        if let Some(found) = decided.filter(|&found| found != light) {
-            return Err(RecordError::Diverged { step, found, wanted: light });
+        if let Some(found) = decided.filter(|&found| found != lighting) {
+            return Err(RecordError::Diverged { step, found, wanted: lighting });
         }
         let shot = self.recorded_shot(index)?;
         let Some(next) = self.replay.next().map(|next| next.step) else {
@@ -105,8 +105,8 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
             self.rig.restore(step, &shot);
             return Ok(false);
         };
-        self.command = Some(Command { step, light });
-        self.rig.replay(step, &shot, Some(light), next);
+        self.command = Some(Command { step, lighting });
+        self.rig.replay(step, &shot, lighting, next);
         Ok(true)
     }
 
@@ -121,7 +121,8 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         if self.supervision.policy.on_fault == OnFault::Dark {
             self.command = None;
         }
-        self.rig.replay(step, &shot, self.command.map(|command| command.light), next);
+        let lighting = self.command.map_or(Lighting::DARK, |command| command.lighting);
+        self.rig.replay(step, &shot, lighting, next);
         Ok(())
     }
 

@@ -165,7 +165,7 @@ impl RunPlan {
             alerts.step(sample);
             monitor.sample(sample);
             let may_go_on = monitor.may_go_on();
-            is_over &= may_go_on || sample.light.is_none();
+            is_over &= may_go_on || sample.is_dark();
             if may_go_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
         let mut controller =

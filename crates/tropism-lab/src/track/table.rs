@@ -172,6 +172,7 @@ impl Table {
                 stem: None,
                 depth: None,
                 light,
+                levels: None,
                 quality: observation.quality,
             },
             class: seen.status,

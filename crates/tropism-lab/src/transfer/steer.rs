@@ -52,7 +52,7 @@ impl TransferPlan {
     ) -> Result<Option<Track>, Error> {
         let mut is_whole = true;
         let mut watch = |sample: &Sample| {
-            is_whole = sample.light.is_none() || monitor.may_go_on();
+            is_whole = sample.is_dark() || monitor.may_go_on();
             if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
         let mut controller = controller.build(task, &self.greenhouse.layout, self.period_min);

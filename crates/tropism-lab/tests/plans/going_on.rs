@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use tropism::lamps::Light;
+use tropism::lighting::Lighting;
 use tropism::track::Sample;
 use tropism_lab::fit::FitPlan;
 use tropism_lab::simulate::continued;
@@ -31,7 +32,7 @@ fn plants_go_on_where_the_run_has_come_to() {
     let (config, steps, model) = run(folder.path());
     let tracks = continued(&model, &config, &steps[..17], 3, 1000).unwrap();
     assert_eq!(tracks.len(), 3);
-    let decided: Vec<_> = steps[16..].iter().map(|step| step.decided).collect();
+    let decided: Vec<_> = steps[16..].iter().map(|step| step.decided.and_then(Lighting::brightest)).collect();
     for track in &tracks {
         let first = &track.samples[0];
         assert_eq!((first.step, Some(&first.observation())), (16, steps[16].observation()));

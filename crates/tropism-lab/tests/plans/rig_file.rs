@@ -283,7 +283,7 @@ fn lamps_without_a_place_and_places_without_a_lamp_are_refused_by_name() {
         assert_eq!(rig.check().unwrap_err(), rig.layout().unwrap_err());
         rig.check().unwrap_err().to_string()
     };
-    assert!(problem("", &["left"]).contains("found 1 lamps, wanted 2 to 8"));
+    assert!(problem("", &["left"]).contains("found 1 lamps, wanted 2 to 16"));
     let top = problem("", &["left", "top"]);
     assert!(top.starts_with("lamps.top: found no place, wanted at = { top = [x, y, z] }"), "{top}");
     let floor = problem("at = { floor = [0, 1, 2] }\n", &["left", "right"]);

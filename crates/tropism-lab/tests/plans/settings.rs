@@ -62,12 +62,7 @@ fn a_tent_names_its_lamps_unless_they_are_the_papers() {
 }
 
 #[test]
-fn the_documented_scene_is_the_default() {
-    let page = include_str!("../../../../docs/reference/virtual-plants.md");
-    let (_, section) = page.split_once("## Scene: TOML").unwrap();
-    let text = section.split("```").nth(1).unwrap().trim_start_matches("toml");
-    assert_eq!(toml::from_str::<Scene>(text).unwrap(), Scene::default());
-    assert_eq!(text.lines().filter(|line| line.contains('=')).count(), 11, "every key");
+fn a_wrong_key_of_a_scene_is_named() {
     assert!(error::<Scene>("widht = 640").contains("widht"));
 }
 

@@ -1,4 +1,4 @@
-//! `[lamps]` of a rig file: 2 to 8 lamps by name.
+//! `[lamps]` of a rig file: 2 to 16 lamps by name.
 //!
 //! Each lamp has a driver, and all of them stand behind one [`Interlock`]; or one program for each lamp, and one for
 //! darkness, switch all lamps at once.
@@ -11,6 +11,7 @@ use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use tropism::lamps::{self, Layout};
+use tropism::lighting::Allowed;
 use tropism::rig::{Lamps, OnExit, RigError};
 
 use crate::command::CommandLamps;
@@ -39,6 +40,8 @@ pub struct LampsTable {
     pub timeout_s: Option<Seconds>,
     /// Seconds of darkness between one lamp and another, where each has a driver. 0.2 if it is left out.
     pub pause_s: Option<Seconds>,
+    /// Which lamps may shine together. One at a time, at full power, if it is left out; else lamps with drivers.
+    pub allowed: Allowed,
     /// Hours of light at most in any 24 hours, above 0 and at most 24; then all lamps are dark until there is room again.
     pub max_light_h: Option<f64>,
     /// Places by name, in cm from the root: x to the right, y up from the soil, z towards the camera.
@@ -112,6 +115,7 @@ impl<'de> Deserialize<'de> for LampsTable {
                     dark: None,
                     timeout_s: None,
                     pause_s: None,
+                    allowed: Allowed::One,
                     max_light_h: None,
                     at: BTreeMap::new(),
                     on_exit: OnExit::default(),
@@ -121,6 +125,7 @@ impl<'de> Deserialize<'de> for LampsTable {
                         lamps::DARK => table.dark = Some(map.next_value()?),
                         "timeout_s" => table.timeout_s = Some(map.next_value()?),
                         "pause_s" => table.pause_s = Some(map.next_value()?),
+                        "allowed" => table.allowed = map.next_value()?,
                         "max_light_h" => {
                             let hours: f64 = map.next_value()?;
                             if !(hours > 0.0 && hours <= 24.0) {
@@ -165,6 +170,9 @@ impl Serialize for LampsTable {
         }
         if let Some(pause_s) = &self.pause_s {
             map.serialize_entry("pause_s", pause_s)?;
+        }
+        if !self.allowed.is_one() {
+            map.serialize_entry("allowed", &self.allowed)?;
         }
         if let Some(hours) = &self.max_light_h {
             map.serialize_entry("max_light_h", hours)?;
@@ -222,6 +230,9 @@ impl LampsTable {
         if let Err(problem) = self.layout() {
             return vec![problem];
         }
+        if let Err(problem) = self.allowed.check() {
+            return vec![format!("lamps.allowed: {problem}")];
+        }
         match (self.drivers().next(), self.commands().next()) {
             (Some((driver, _)), Some((command, _))) => {
                 let names: Vec<&str> = self.lamps.iter().map(|lamp| lamp.name.as_str()).collect();
@@ -233,6 +244,9 @@ impl LampsTable {
             (Some(_), None) => self.driver_faults(period_min),
             (None, _) if self.dark.is_none() => {
                 vec!["lamps: found no dark, wanted the program that darkens all lamps".to_owned()]
+            }
+            (None, _) if !self.allowed.is_one() => {
+                vec!["lamps: found allowed beside programs that switch all lamps, wanted a driver for each lamp".to_owned()]
             }
             (None, _) if self.pause_s.is_some() => {
                 vec!["lamps: found pause_s beside programs that switch all lamps, wanted it only for lamps with drivers"
@@ -291,7 +305,8 @@ impl LampsTable {
         }
         let switches = self.drivers().map(|(name, driver)| driver.open(&device_name(name), broker));
         let pause = self.pause_s.unwrap_or(PAUSE).duration();
-        Ok(Box::new(Interlock::new(switches.collect::<Result<Vec<_>, _>>()?, pause)))
+        let interlock = Interlock::new(switches.collect::<Result<Vec<_>, _>>()?, pause);
+        Ok(Box::new(interlock.allowing(self.allowed)))
     }
 
     /// Seconds that a command to all lamps may take.

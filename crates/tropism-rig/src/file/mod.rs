@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use tropism::lamps::{Layout, Light};
+use tropism::lighting::Lighting;
 use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, Rig, RigError, SideView};
 use tropism::rig::{Durability, FaultPolicy, LampsInView};
 use tropism::track::PAPER_PERIOD_MIN;
@@ -385,5 +386,9 @@ struct LockedLamps {
 impl Lamps for LockedLamps {
     fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
         self.lamps.light(light)
+    }
+
+    fn shine(&mut self, lighting: Lighting) -> Result<(), RigError> {
+        self.lamps.shine(lighting)
     }
 }

@@ -21,6 +21,7 @@ mod schedule;
 mod sensors;
 
 use crate::lamps::Light;
+use crate::lighting::Lighting;
 use crate::observation::Observation;
 
 pub use greedy::Greedy;
@@ -50,6 +51,12 @@ pub trait Controller {
     /// The light for what is `seen` now. Called once a step, in order: a controller may remember.
     fn decide(&mut self, seen: &Observation) -> Light;
 
+    /// The levels of all lamps for what is `seen` now. The loop asks this, once a step, instead of [`decide`](Self::decide):
+    /// by default the decided lamp at full power. At least one lamp is lit: darkness stands for the end of a track.
+    fn lighting(&mut self, seen: &Observation) -> Lighting {
+        self.decide(seen).into()
+    }
+
     /// Tells that `steps` steps have passed since the last decision at which nothing was decided: their photographs were
     /// missed, or no plant was seen for too long. One that goes by the clock counts them; by default they are ignored.
     fn miss(&mut self, steps: u32) {
@@ -60,6 +67,10 @@ pub trait Controller {
 impl<C: Controller + ?Sized> Controller for Box<C> {
     fn decide(&mut self, seen: &Observation) -> Light {
         (**self).decide(seen)
+    }
+
+    fn lighting(&mut self, seen: &Observation) -> Lighting {
+        (**self).lighting(seen)
     }
 
     fn miss(&mut self, steps: u32) {

@@ -5,6 +5,7 @@
 
 use crate::geometry::{Point, STEM_POINTS};
 use crate::lamps::Light;
+use crate::lighting::Lighting;
 use crate::math::statistics::{median, robust_deviation, standard_deviation};
 use crate::observation::Quality;
 use crate::track::Track;
@@ -88,10 +89,9 @@ impl StemRecord {
     /// # Errors
     /// [`RecordError`] if fewer than [`MIN_FRAMES`] frames have a stem.
     pub fn of(track: &Track) -> Result<Self, RecordError> {
-        let side = |light: Option<Light>| match light {
-            Some(Light::LEFT) => -1.0,
-            Some(Light::RIGHT) => 1.0,
-            _ => 0.0,
+        let side = |lighting: Lighting| {
+            let powers = lighting.powers();
+            powers[Light::RIGHT.index()] - powers[Light::LEFT.index()]
         };
         let frames =
             track.samples.iter().filter(|sample| sample.quality != Quality::CarriedForward).filter_map(
@@ -101,7 +101,7 @@ impl StemRecord {
                     stem.iter().all(|point| point.is_finite()).then_some((
                         sample.time_s / 3600.0,
                         stem,
-                        side(sample.light),
+                        side(sample.lighting()),
                     ))
                 },
             );

@@ -89,7 +89,6 @@ impl FittedModel for TipModel {
 
     fn to_json(&self) -> String {
         let column = |value: fn(&Shift) -> f64| self.observed().iter().map(value).collect();
-        let number = |shift: &Shift| char::from(b'0' + shift.light.index() as u8);
         let file = File {
             schema: SCHEMA.to_owned(),
             config: self.config().clone(),
@@ -101,7 +100,7 @@ impl FittedModel for TipModel {
             y: column(|shift| shift.tip.y),
             dx: column(|shift| shift.dx),
             dy: column(|shift| shift.dy),
-            light: self.observed().iter().map(number).collect(),
+            light: self.observed().iter().map(|shift| shift.light.letter()).collect(),
         };
         serde_json::to_string(&file).expect("numbers and text are JSON")
     }
@@ -120,8 +119,7 @@ impl FittedModel for TipModel {
         ensure(is_period, "period_min", file.period_min, "minutes above 0")?;
         let mut observed = Vec::with_capacity(file.x.len());
         for (index, letter) in file.light.chars().enumerate() {
-            let light = letter.to_digit(10).and_then(|number| Light::new(number as usize));
-            let Some(light) = light.filter(|&light| file.layout.contains(light)) else {
+            let Some(light) = Light::of_letter(letter).filter(|&light| file.layout.contains(light)) else {
                 return Err(ModelError::Shift { index, found: format!("light {letter:?}") });
             };
             let tip = Point::new(file.x[index], file.y[index]);

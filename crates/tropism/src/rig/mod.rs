@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::environment::Environment;
 use crate::lamps::{Layout, Light};
+use crate::lighting::{Allowed, Lighting};
 use crate::observation::Observation;
 use crate::photo::Photo;
 use crate::vision::{Frame, TipTracker, TrackedFrame};
@@ -41,13 +42,25 @@ pub trait Camera {
     fn skip(&mut self) {}
 }
 
-/// The lamps, of which at most one is lit.
+/// The lamps: at most one is lit, unless they know levels.
 pub trait Lamps {
     /// Lights one lamp and darkens the others; `None` darkens all, the safe state.
     ///
     /// # Errors
     /// If a lamp does not obey.
     fn light(&mut self, light: Option<Light>) -> Result<(), RigError>;
+
+    /// Sets the levels of all lamps. By default one lamp at full power or darkness, and any other lighting is refused.
+    ///
+    /// # Errors
+    /// If a lamp does not obey, or the lamps do not allow this lighting; then nothing was switched.
+    fn shine(&mut self, lighting: Lighting) -> Result<(), RigError> {
+        Allowed::One.permit(lighting).map_err(|problem| RigError::Device {
+            device: "lamps".to_owned(),
+            problem: problem.to_string(),
+        })?;
+        self.light(lighting.single().flatten())
+    }
 }
 
 /// What becomes of the lamps when a rig is closed, however that comes about.
@@ -121,10 +134,10 @@ pub trait Clock {
         None
     }
 
-    /// Replays a step that was recorded before an interruption: `light` is lit until `until`, or none.
+    /// Replays a step that was recorded before an interruption: the lamps shine as `lighting` says until `until`.
     ///
     /// Only a simulated plant needs it: a real one has lived through that time.
-    fn replay(&mut self, _light: Option<Light>, _until: Duration) {}
+    fn replay(&mut self, _lighting: Lighting, _until: Duration) {}
 }
 
 /// A clock on which no waiting takes time, for plants that are simulated.
@@ -159,6 +172,10 @@ impl<T: Lamps + ?Sized> Lamps for Box<T> {
     fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
         (**self).light(light)
     }
+
+    fn shine(&mut self, lighting: Lighting) -> Result<(), RigError> {
+        (**self).shine(lighting)
+    }
 }
 
 impl<T: Flash + ?Sized> Flash for Box<T> {
@@ -184,8 +201,8 @@ impl<T: Clock + ?Sized> Clock for Box<T> {
         (**self).boot()
     }
 
-    fn replay(&mut self, light: Option<Light>, until: Duration) {
-        (**self).replay(light, until);
+    fn replay(&mut self, lighting: Lighting, until: Duration) {
+        (**self).replay(lighting, until);
     }
 }
 
@@ -413,11 +430,18 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
         self.lamps.light(light)
     }
 
-    /// Replays a recorded step: what was seen at its beginning, and the light that was lit until the step `until`, if
-    /// one was.
-    pub fn replay(&mut self, step: u32, shot: &Shot, light: Option<Light>, until: u32) {
+    /// Sets the levels of all lamps.
+    ///
+    /// # Errors
+    /// Those of the lamps.
+    pub fn shine(&mut self, lighting: Lighting) -> Result<(), RigError> {
+        self.lamps.shine(lighting)
+    }
+
+    /// Replays a recorded step: what was seen at its beginning, and how the lamps shone until the step `until`.
+    pub fn replay(&mut self, step: u32, shot: &Shot, lighting: impl Into<Lighting>, until: u32) {
         self.restore(step, shot);
-        self.clock.replay(light, self.due(until));
+        self.clock.replay(lighting.into(), self.due(until));
     }
 
     /// Restores what was seen at the latest step, which is not over: its photograph need not be taken again.
@@ -447,6 +471,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Rig<C, L, F, K> {
 
     fn step(&mut self, light: Light) -> Result<(), RigError> {
         self.light(Some(light))
+    }
+
+    fn shine(&mut self, lighting: Lighting) -> Result<(), RigError> {
+        self.lamps.shine(lighting)
     }
 
     fn period_min(&self) -> f64 {

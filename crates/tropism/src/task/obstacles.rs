@@ -200,6 +200,7 @@ mod tests {
                 stem: Some(Polyline(points)),
                 depth: None,
                 light: None,
+                levels: None,
                 quality: Quality::Simulated,
             }
         });

@@ -84,7 +84,12 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
             plant.tips.resize(step + 1, None);
             plant.stems.resize(step + 1, None);
             plant.lights.resize(step + 1, Lit::Unknown);
-            plant.lights[step] = sample.light.map_or(Lit::Dark, Lit::Lamp);
+            plant.lights[step] = match (sample.light, sample.levels) {
+                (Some(light), _) => Lit::Lamp(light),
+                (None, None) => Lit::Dark,
+                // The model is of one lamp.
+                (None, Some(_)) => Lit::Unknown,
+            };
             if sample.quality != Quality::CarriedForward {
                 let seen = sample.observation();
                 plant.tips[step] = tip_of(&seen);
@@ -145,8 +150,7 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
         let letter = |lit: &Lit| match lit {
             Lit::Unknown => '?',
             Lit::Dark => 'd',
-            // A layout has at most eight lamps.
-            Lit::Lamp(light) => char::from(b'0' + light.index() as u8),
+            Lit::Lamp(light) => light.letter(),
         };
         FilePlant {
             tip: self.tips.iter().map(|tip| tip.as_ref().map(point)).collect(),
@@ -180,8 +184,8 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
             '?' => Ok(Lit::Unknown),
             'd' => Ok(Lit::Dark),
             _ => {
-                let number = letter.to_digit(10).and_then(|number| Light::new(number as usize));
-                number.map(Lit::Lamp).ok_or_else(|| refused(format!("light {letter:?}")))
+                let lamp = Light::of_letter(letter);
+                lamp.map(Lit::Lamp).ok_or_else(|| refused(format!("light {letter:?}")))
             }
         };
         let tips = tip.into_iter().map(|tip| tip.map(place).transpose()).collect::<Result<_, _>>()?;

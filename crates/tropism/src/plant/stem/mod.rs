@@ -144,7 +144,7 @@ pub struct StemModel<const AXES: usize> {
 /// The model in the plane of the front camera, under two lamps that are mirror images of each other.
 pub type PlaneModel = StemModel<1>;
 
-/// The model in space, under 2 to 8 lamps, of plants that are seen by two cameras.
+/// The model in space, under 2 to 16 lamps, of plants that are seen by two cameras.
 pub type SpaceModel = StemModel<2>;
 
 impl<const AXES: usize> StemModel<AXES> {
