@@ -20,7 +20,7 @@ fn folder() -> tempfile::TempDir {
     tropism(here, &["grow", "--plants", "3", "--steps", "300", "--out", "beans"]).unwrap();
     tropism(here, &["grow", "--plants", "2", "--steps", "200", "--seed", "2", "--out", "others"]).unwrap();
     for model in ["tip", "stem"] {
-        tropism(here, &["fit", "beans", "--model", model, "--out", &format!("{model}.json")]).unwrap();
+        tropism(here, &["fit", "beans", "--kind", model, "--out", &format!("{model}.json")]).unwrap();
     }
     folder
 }
@@ -96,7 +96,7 @@ fn a_model_in_space_is_judged_in_space_and_beside_one_of_the_plane_from_the_fron
     let here = folder.path();
     tropism(here, &["grow", "--plants", "3", "--steps", "200", "--cameras", "2", "--out", "beans"]).unwrap();
     for model in ["space", "stem"] {
-        tropism(here, &["fit", "beans", "--model", model, "--out", &format!("{model}.json")]).unwrap();
+        tropism(here, &["fit", "beans", "--kind", model, "--out", &format!("{model}.json")]).unwrap();
     }
     let forecast = ["forecast", "--plants", "2", "--horizons", "60", "--interval", "240", "--models"];
     let errors = |models: &[&str]| {

@@ -173,7 +173,7 @@ fn is_small_and_goes_on_alone(folder: &Path, numbers: &serde_json::Value) {
         String::from_utf8(output.stdout).unwrap()
     };
     let status = tropism(&["status", "study"]);
-    assert!(status.contains("3/7 evolution") && status.contains("80 of 80 generations"), "{status}");
+    assert!(status.contains("3/8 evolution") && status.contains("80 of 80 generations"), "{status}");
     assert!(status.contains("next: tropism study --out study --resume"), "{status}");
     let again: serde_json::Value =
         serde_json::from_str(&tropism(&["study", "--out", "study", "--resume", "--json"])).unwrap();

@@ -52,7 +52,7 @@ pub(crate) fn read_for(path: &Path, task: &Task, monitor: &dyn Monitor) -> Resul
     ];
     if let Some((_, need, known, kind)) = needs.into_iter().find(|(is_missing, ..)| *is_missing) {
         return Err(Error::Plan(format!(
-            "the task ({}) needs {need}, and {} is a model of {known}: fit one with `tropism fit --model {}`",
+            "the task ({}) needs {need}, and {} is a model of {known}: fit one with `tropism fit --kind {}`",
             task.title(),
             path.display(),
             kind.name()

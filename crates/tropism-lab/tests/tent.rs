@@ -101,7 +101,7 @@ fn levels_are_recorded_and_go_on_after_an_interruption() {
         assert!(sample.levels.is_some() && sample.light.is_none());
         assert_eq!((step.decided, step.is_confirmed), (Some(sample.lighting()), true));
     }
-    folder.write_track(&track, false).unwrap();
+    folder.write_track(&track).unwrap();
     let written = files::read_track(&broken.path().join("track.csv")).unwrap();
     let lightings = |track: &Track| track.samples.iter().map(|sample| sample.lighting()).collect::<Vec<_>>();
     assert_eq!(lightings(&written), lightings(&track));

@@ -11,7 +11,7 @@ use crate::shell::Shell;
 
 /// Light one lamp of a rig, or its flash, for some seconds
 ///
-/// All other lamps go dark before. It goes off after its time, at Ctrl-C, and by a watchdog when this program is killed. A rig
+/// All other lamps go dark before. It goes off after its time, at Ctrl-C, and when this program is killed. A rig
 /// that a run drives is refused.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \

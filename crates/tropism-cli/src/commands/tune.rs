@@ -20,7 +20,7 @@ use crate::shell::Shell;
 ///
 /// The rule lights the lamp towards the next target, as greedy does, but by where the tip is expected, and with an aim that
 /// may lie beyond the target or towards the one after it. An evolution strategy (CMA-ES) searches the numbers on simulated
-/// plants. In a task with obstacles six more numbers keep the stem clear of them. The model of the stem, `tropism fit --model
+/// plants. In a task with obstacles six more numbers keep the stem clear of them. The model of the stem, `tropism fit --kind
 /// stem`, is made for this: its plants answer late, as beans do, and differ from each other. Ctrl-C saves; --resume continues
 /// to the same rule, and `tropism status rule.json` shows how far the search is.
 #[derive(Args)]

@@ -82,7 +82,7 @@ fn a_model_that_does_not_know_what_a_task_needs_is_refused() {
         for error in errors {
             let error = error.to_string();
             assert!(
-                error.contains(&format!("needs {need}")) && error.contains("tropism fit --model"),
+                error.contains(&format!("needs {need}")) && error.contains("tropism fit --kind"),
                 "{error}"
             );
         }

@@ -611,6 +611,9 @@ class ManyNumbers(Results):
     #: 95 % interval of the mean.
     interval: list[float]
     plants: int
+    #: Share of plants that pass all targets within 1 cm; None in a task without targets.
+    within_1_cm: Share | None
+    _kinds = {"within_1_cm": Share}
 
 
 class StudyResults(Results):
@@ -632,11 +635,13 @@ class StudyResults(Results):
     periodic_mean_in_model: float
     greedy_mean_in_model: float
     reality_champion: RealityNumbers
-    reality_random: RealityNumbers
-    reality_periodic: RealityNumbers
     reality_greedy: RealityNumbers
+    reality_rule: RealityNumbers
     many_champion: ManyNumbers
+    many_random: ManyNumbers
+    many_periodic: ManyNumbers
     many_greedy: ManyNumbers
+    many_rule: ManyNumbers
     many_champion_over_greedy: PairedDifference
     #: The champion's mean on unseen plants, as a share of its mean in the model, and of the best single evaluation.
     share_kept: float
@@ -647,11 +652,13 @@ class StudyResults(Results):
     report: str
     _kinds = {
         "reality_champion": RealityNumbers,
-        "reality_random": RealityNumbers,
-        "reality_periodic": RealityNumbers,
         "reality_greedy": RealityNumbers,
+        "reality_rule": RealityNumbers,
         "many_champion": ManyNumbers,
+        "many_random": ManyNumbers,
+        "many_periodic": ManyNumbers,
         "many_greedy": ManyNumbers,
+        "many_rule": ManyNumbers,
         "many_champion_over_greedy": PairedDifference,
     }
 
