@@ -242,7 +242,7 @@ class Calibration(Results):
     #: Root mean square residual of the marks or corners that it was fitted to, in mm; `None` where they determine it
     #: exactly.
     residual_mm: float | None
-    #: Lens distortion and perspective; `None` is a camera without either.
+    #: Lens distortion and perspective; a camera without either if it is left out.
     lens: Lens | None
     _kinds = {"lens": Lens}
 
