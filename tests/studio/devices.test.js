@@ -11,7 +11,7 @@ after(close);
 
 const PHONE = { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true };
 const text = (opened, selector) => opened.textContent(selector);
-const lamp = (opened, name) => opened.locator("#lamps li", { hasText: name });
+const lamp = (opened, name) => opened.locator("#lamps li", { hasText: new RegExp(`^\\s*${name}`) });
 
 /** A WLED controller of two segments, as its documentation describes it. */
 async function wled(t) {
