@@ -99,7 +99,7 @@ function show({ number, seen }) {
   $("#no-photo").hidden = true;
   image.src = `api/rig/photo?number=${number}`;
   const { tip, tip_px: pixel } = seen;
-  const text = tip ? `Tip at ${num(tip.x, 1)}, ${num(tip.y, 1)} cm, confidence ${num(seen.confidence, 2)}.` : `No plant found: ${seen.status.replaceAll("_", " ")}.`;
+  const text = tip ? `Tip at ${num(tip[0], 1)}, ${num(tip[1], 1)} cm, confidence ${num(seen.confidence, 2)}.` : `No plant found: ${seen.status.replaceAll("_", " ")}.`;
   $("#seen").textContent = text;
   image.alt = text;
   const ring = (/** @type {string} */ kind) => html`<circle class="${kind}" cx="${pixel?.x}" cy="${pixel?.y}" r="${(about?.size?.[0] ?? 648) / 59}"></circle>`;
