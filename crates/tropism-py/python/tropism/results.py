@@ -628,6 +628,8 @@ class StudyResults(Results):
     champion_expected_in_reality: float
     #: None without generations.
     saturation_generation: int | None
+    #: The median of all runs' best in the last generation.
+    median_at_end: float
     #: Of a single evaluation.
     best_random: float
     median_random: float
