@@ -1,10 +1,9 @@
-"""Exclusive or by neat-python and MultiNEAT, beside `cargo run --release -p tropism-neat --example xor`: scripts/peers/xor.py [SEEDS]
+"""Exclusive or by neat-python, beside `cargo run --release -p tropism-neat --example xor`: scripts/peers/xor.py [SEEDS]
 
-    python3 -m venv /tmp/peers && /tmp/peers/bin/pip install 'neat-python==2.0.*' 'multineat==0.12' && /tmp/peers/bin/python scripts/peers/xor.py
+    python3 -m venv /tmp/peers && /tmp/peers/bin/pip install 'neat-python==2.0.*' && /tmp/peers/bin/python scripts/peers/xor.py
 
 A run is solved, as ours, when all four outputs of its best network are on the right side of one half; it ends after 300
-generations. neat-python has the settings of the example that its documentation begins with, MultiNEAT its defaults, with sigmoids
-as outputs. Both score a network in the way of their own examples.
+generations. Settings and fitness are those of the example that neat-python's documentation begins with.
 """
 
 import random
@@ -12,7 +11,6 @@ import statistics
 import sys
 import tempfile
 
-import multineat
 import neat
 
 CASES = [((0.0, 0.0), 0.0), ((0.0, 1.0), 1.0), ((1.0, 0.0), 1.0), ((1.0, 1.0), 0.0)]
@@ -87,44 +85,11 @@ def neat_python(seed):
     return None
 
 
-def multi_neat(seed):
-    """Evaluations until a run is solved, or `None`."""
-    parameters, sigmoid = multineat.Parameters(), multineat.ActivationFunction.UNSIGNED_SIGMOID
-    seedling = multineat.Genome(0, 3, 0, 1, False, sigmoid, sigmoid, 0, parameters, 0)
-    population = multineat.Population(seedling, parameters, True, 1.0, seed)
-    evaluations = 0
-    for _ in range(MOST_GENERATIONS):
-        best = None
-        for species in population.Species:
-            for genome in species.Individuals:
-                network = multineat.NeuralNetwork()
-                genome.BuildPhenotype(network)
-                outputs = []
-                for inputs, _ in CASES:
-                    network.Flush()
-                    network.Input([*inputs, 1.0])
-                    # Three layers at most at first; a deeper network settles in as many activations as it has neurons.
-                    for _ in range(len(network.neurons)):
-                        network.Activate()
-                    outputs.append(network.Output()[0])
-                fitness = (4.0 - sum(abs(output - target) for output, (_, target) in zip(outputs, CASES))) ** 2
-                genome.SetFitness(fitness)
-                genome.SetEvaluated()
-                evaluations += 1
-                if best is None or fitness > best[0]:
-                    best = (fitness, outputs)
-        if is_solved(best[1]):
-            return evaluations
-        population.Epoch()
-    return None
-
-
 def main():
     seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 100
-    for name, run in [("neat-python", neat_python), ("MultiNEAT", multi_neat)]:
-        solved = [count for count in map(run, range(seeds)) if count is not None]
-        spread = f"{statistics.fmean(solved):.0f} ({statistics.pstdev(solved):.0f})" if solved else "-"
-        print(f"{name}: solved {len(solved)} of {seeds}, evaluations {spread}", flush=True)
+    solved = [count for count in map(neat_python, range(seeds)) if count is not None]
+    spread = f"{statistics.fmean(solved):.0f} ({statistics.pstdev(solved):.0f})" if solved else "-"
+    print(f"neat-python: solved {len(solved)} of {seeds}, evaluations {spread}")
 
 
 main()
