@@ -20,11 +20,12 @@ use crate::detector;
 /// The powers of the lamps for a light: one at full power, or all dark.
 #[must_use]
 pub fn lamp_powers(light: Option<Light>) -> [f64; MAX_LAMPS] {
-    let mut powers = [0.0; MAX_LAMPS];
-    if let Some(light) = light {
-        powers[light.index()] = 1.0;
-    }
-    powers
+    Lighting::from(light).powers()
+}
+
+/// The powers of the lamps of `layout`; all dark where the plant is in the dark, whatever was decided.
+fn powers_in(layout: &Layout, is_dark: bool, lighting: Lighting) -> [f64; MAX_LAMPS] {
+    if is_dark { Lighting::DARK } else { lighting.within(layout) }.powers()
 }
 
 /// Observes a bean without photographs, and records its ground truth.
@@ -104,8 +105,7 @@ impl Environment for Specimen {
     }
 
     fn shine(&mut self, lighting: Lighting) -> Result<(), Infallible> {
-        let lighting = if self.is_dark { Lighting::DARK } else { lighting.within(&self.layout) };
-        self.bean.advance(&lighting.powers(), self.period_min);
+        self.bean.advance(&powers_in(&self.layout, self.is_dark, lighting), self.period_min);
         Ok(())
     }
 
@@ -281,8 +281,7 @@ impl<'s> Trial<'s> {
                 let seen = plant.observer.observe(&population.beans[powers.len()]);
                 let watch = &mut |sample: &Sample| watch(plant.place, sample);
                 match plant.recording.decide(seen, 0, &mut plant.controller, task, watch) {
-                    Some(_) if self.is_dark => powers.push(lamp_powers(None)),
-                    Some(lighting) => powers.push(lighting.within(&self.layout).powers()),
+                    Some(lighting) => powers.push(powers_in(&self.layout, self.is_dark, lighting)),
                     None => {
                         let plant = growing.swap_remove(powers.len());
                         population.beans.swap_remove(powers.len());

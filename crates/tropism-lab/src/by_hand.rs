@@ -193,6 +193,23 @@ impl RigByHand {
         self.lit
     }
 
+    /// Switches the lamp `name`, or the [flash](FLASH); a lamp that is lit darkens the others, one that is switched off leaves all
+    /// dark.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] lists the names that there are; [`Error::At`] names the device that does not obey.
+    pub fn switch(&mut self, name: &str, is_on: bool) -> Result<(), Error> {
+        if name == FLASH && self.has_flash() {
+            return self.flash(is_on);
+        }
+        let light = self.layout.parse(name).ok().flatten().ok_or_else(|| {
+            let names: Vec<&str> = self.layout.lamps().iter().map(|lamp| &*lamp.name).collect();
+            let flash = if self.has_flash() { " or flash" } else { "" };
+            Error::Plan(format!("`lamp` {name:?}: wanted one of {}{flash}", names.join(", ")))
+        })?;
+        self.light(Some(light).filter(|_| is_on))
+    }
+
     /// Lights one lamp and darkens the others; `None` darkens all.
     ///
     /// # Errors
@@ -304,19 +321,16 @@ impl Workflow for LampPlan {
     const SCHEMA: &'static str = "tropism.lamp/1";
 
     fn check(&self) -> Result<(), Error> {
-        if self.seconds > 0.0 && self.seconds <= MAX_LIT_S {
-            return Ok(());
-        }
-        Err(Error::Plan(format!("`seconds` {}: wanted above 0 and at most {MAX_LIT_S}", self.seconds)))
+        time_by_hand(self.seconds).map(drop)
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<LampResults, Error> {
         let rig = read_rig(&self.rig)?;
         let is_virtual = rig.is_virtual();
         let mut rig = RigByHand::open(rig, &self.rig, self.watchdog.as_deref())?;
-        light(&mut rig, &self.lamp)?;
+        let time = time_by_hand(self.seconds)?;
+        rig.switch(&self.lamp, true)?;
         let began = Instant::now();
-        let time = Duration::from_secs_f64(self.seconds);
         while began.elapsed() < time && monitor.may_go_on() {
             rig.beat();
             thread::sleep(TICK.min(time.saturating_sub(began.elapsed())));
@@ -324,7 +338,7 @@ impl Workflow for LampPlan {
         let seconds = began.elapsed().as_secs_f64();
         let is_over = seconds >= self.seconds;
         // Here, so that a lamp that does not obey is an error.
-        if self.lamp == FLASH { rig.flash(false) } else { rig.light(None) }?;
+        rig.switch(&self.lamp, false)?;
         if !is_over {
             return Err(Error::Cancelled("all light is off".to_owned()));
         }
@@ -332,18 +346,15 @@ impl Workflow for LampPlan {
     }
 }
 
-/// Lights what `word` names: a lamp, or the flash.
-fn light(rig: &mut RigByHand, word: &str) -> Result<(), Error> {
-    if word == FLASH && rig.has_flash() {
-        return rig.flash(true);
+/// The time for which something may be lit by hand.
+///
+/// # Errors
+/// [`Error::Plan`] if `seconds` are not above 0, or more than [`MAX_LIT_S`].
+pub fn time_by_hand(seconds: f64) -> Result<Duration, Error> {
+    if seconds > 0.0 && seconds <= MAX_LIT_S {
+        return Ok(Duration::from_secs_f64(seconds));
     }
-    let light = rig.layout().parse(word).ok().flatten();
-    let light = light.ok_or_else(|| {
-        let names: Vec<&str> = rig.layout().lamps().iter().map(|lamp| &*lamp.name).collect();
-        let flash = if rig.has_flash() { " or flash" } else { "" };
-        Error::Plan(format!("`lamp` {word:?}: wanted one of {}{flash}", names.join(", ")))
-    })?;
-    rig.light(Some(light))
+    Err(Error::Plan(format!("`seconds` {seconds}: wanted above 0 and at most {MAX_LIT_S}")))
 }
 
 impl Workflow for PhotoPlan {
@@ -351,11 +362,10 @@ impl Workflow for PhotoPlan {
     const SCHEMA: &'static str = "tropism.photo/1";
 
     fn check(&self) -> Result<(), Error> {
-        Ok(())
+        files::check_outputs(std::slice::from_ref(&self.out), std::slice::from_ref(&self.rig))
     }
 
     fn perform(&self, _monitor: &dyn Monitor) -> Result<PhotoResults, Error> {
-        files::check_outputs(std::slice::from_ref(&self.out), std::slice::from_ref(&self.rig))?;
         let rig = read_rig(&self.rig)?;
         let is_virtual = rig.is_virtual();
         let mut rig = RigByHand::open(rig, &self.rig, self.watchdog.as_deref())?;
@@ -366,7 +376,7 @@ impl Workflow for PhotoPlan {
                 false
             }
             Some(lamp) => {
-                light(&mut rig, lamp)?;
+                rig.switch(lamp, true)?;
                 false
             }
         };

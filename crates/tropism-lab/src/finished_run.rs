@@ -9,7 +9,7 @@ use tropism::rig::{Event, EventKind};
 use tropism::track::Track;
 use tropism_report::{Composite, LitStem, Plants};
 
-use crate::journal::{Journal, StepRecord, lights_that_acted};
+use crate::journal::{Journal, JournalError, StepRecord, lights_that_acted};
 use crate::run::RunConfig;
 use crate::{Error, files};
 
@@ -94,14 +94,22 @@ impl FinishedRun {
         self.config.task.fitness(&self.track)
     }
 
-    /// What people wrote down of it.
-    pub(crate) fn notes(&self) -> Result<Vec<RunNote>, Error> {
+    /// What `read` takes from its journal; `None` where it has none.
+    fn of_journal<T>(
+        &self,
+        read: impl FnOnce(&Journal) -> Result<T, JournalError>,
+    ) -> Result<Option<T>, Error> {
         let path = self.path.join("journal.sqlite");
         if !path.exists() {
-            return Ok(Vec::new());
+            return Ok(None);
         }
-        let events = Journal::open_to_read(&path).and_then(|journal| journal.events());
-        let events = events.map_err(Error::at(path.display()))?;
+        let found = Journal::open_to_read(&path).and_then(|journal| read(&journal));
+        found.map(Some).map_err(Error::at(path.display()))
+    }
+
+    /// What people wrote down of it.
+    pub(crate) fn notes(&self) -> Result<Vec<RunNote>, Error> {
+        let events = self.of_journal(Journal::events)?.unwrap_or_default();
         let hours = |event: &Event| match event.at {
             Some(at) => at.since_start.as_secs_f64() / 3600.0,
             None => f64::from(event.step) * self.config.rig.period_min / 60.0,
@@ -145,12 +153,7 @@ impl FinishedRun {
 
     /// Its stems with the light at each, for Figure 9: those of the journal, or of the photographs where it has none.
     pub(crate) fn stems(&self) -> Result<Vec<LitStem>, Error> {
-        let path = self.path.join("journal.sqlite");
-        if !path.exists() {
-            return self.detect_stems();
-        }
-        let at = || Error::at(path.display());
-        let steps = Journal::open_to_read(&path).and_then(|journal| journal.steps()).map_err(at())?;
+        let Some(steps) = self.of_journal(Journal::steps)? else { return self.detect_stems() };
         let lights = lights_that_acted(&steps);
         let stride = stride(steps.len());
         let drawn = steps.into_iter().zip(lights).step_by(stride).filter(|(step, _)| step.seen.is_measured());

@@ -91,7 +91,7 @@ async function photograph() {
   }
 }
 
-/** @param {{ number: number, seen: { status: string, tip: { x: number, y: number } | null, tip_px: { x: number, y: number } | null, confidence: number } }} photo */
+/** @param {{ number: number, seen: { status: string, tip: [number, number] | null, tip_px: { x: number, y: number } | null, confidence: number } }} photo */
 function show({ number, seen }) {
   taken = Date.now();
   const image = $("#img");

@@ -13,7 +13,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use tropism::vision::VisionConfig;
 use tropism_bean::tent::Greenhouse;
-use tropism_lab::by_hand::{FLASH, MAX_LIT_S, RigByHand, Taken};
+use tropism_lab::by_hand::{MAX_LIT_S, RigByHand, Taken, time_by_hand};
 use tropism_lab::run::read_rig;
 use tropism_lab::safe_state::SafeStatePlan;
 use tropism_lab::{RunConfig, Silent, Workflow, files, holder};
@@ -204,12 +204,7 @@ fn act(rig: &mut RigByHand, ask: Ask, lit: &mut Option<Lit>) -> Result<Option<Ta
     match ask {
         Ask::Light { lamp, time } => {
             off(rig, lit)?;
-            let light = rig.layout().parse(&lamp).ok().flatten();
-            match light {
-                Some(light) => rig.light(Some(light)).map_err(in_words)?,
-                None if lamp == FLASH && rig.has_flash() => rig.flash(true).map_err(in_words)?,
-                None => return Err(format!("found no lamp {lamp:?} in this rig")),
-            }
+            rig.switch(&lamp, true).map_err(in_words)?;
             *lit = Some(Lit { name: lamp, until: Instant::now() + time });
             Ok(None)
         }
@@ -227,12 +222,8 @@ fn act(rig: &mut RigByHand, ask: Ask, lit: &mut Option<Lit>) -> Result<Option<Ta
 
 /// Switches off what is lit, which is forgotten when it has obeyed.
 fn off(rig: &mut RigByHand, lit: &mut Option<Lit>) -> Result<(), String> {
-    let done = match lit {
-        None => return Ok(()),
-        Some(lit) if lit.name == FLASH => rig.flash(false),
-        Some(_) => rig.light(None),
-    };
-    done.map_err(|error| error.with_causes())?;
+    let Some(Lit { name, .. }) = lit else { return Ok(()) };
+    rig.switch(name, false).map_err(|error| error.with_causes())?;
     *lit = None;
     Ok(())
 }
@@ -320,14 +311,7 @@ pub(crate) fn grant(studio: &Studio, wish: Wish) -> Result<Value, Refusal> {
     const ANSWERS: Duration = Duration::from_secs(120);
     let (rig, ask) = match wish {
         Wish::Dark { rig } => return dark(studio, &rig),
-        Wish::Light { rig, lamp, seconds } => {
-            if !(seconds > 0.0 && seconds <= MAX_LIT_S) {
-                return Err(Refusal::bad(format!(
-                    "found {seconds} s, wanted above 0 and at most {MAX_LIT_S}"
-                )));
-            }
-            (rig, Ask::Light { lamp, time: Duration::from_secs_f64(seconds) })
-        }
+        Wish::Light { rig, lamp, seconds } => (rig, Ask::Light { lamp, time: time_by_hand(seconds)? }),
         Wish::Photo { rig, has_flash } => (rig, Ask::Photo { has_flash }),
     };
     let state = studio.devices.ask(studio, &rig, ask, ANSWERS)?;

@@ -94,12 +94,15 @@ impl StudyFolder {
     /// Each controller in the model and on the unseen beans that were photographed, by both readings of eq. (9) and by what
     /// people see: how near the tip came to each target.
     fn controller_table(&self, results: &StudyResults) -> Table {
+        const HEAD: [&str; 6] =
+            ["Controller", "In the model", "To the letter", "By approach", "Distances (cm)", "Visited all"];
         let readings = [Reading::Letter, Reading::Approach].map(|reading| self.config.task.by(reading));
         let in_model =
             |model: Option<f64>| model.map_or_else(|| "-".to_owned(), |model| format!("{model:.2}"));
         let unseen = |title: &str, model: f64| {
-            let rest = ["-"; 4].map(str::to_owned);
-            [vec![title.to_owned(), in_model(Some(model))], rest.to_vec()].concat()
+            let mut cells = vec![title.to_owned(), in_model(Some(model))];
+            cells.resize(HEAD.len(), "-".to_owned());
+            cells
         };
         let row = |title: &str, name: &str, model: Option<f64>| {
             let runs = &self.reality[name];
@@ -118,8 +121,6 @@ impl StudyFolder {
             ]
         };
         let [champion, greedy, rule] = PHOTOGRAPHED;
-        let head =
-            ["Controller", "In the model", "To the letter", "By approach", "Distances (cm)", "Visited all"];
         Table {
             title: "Controllers in the model and on unseen beans".to_owned(),
             caption: format!(
@@ -130,7 +131,7 @@ impl StudyFolder {
                  the same tracks.",
                 self.config.trial_plants, results.reality_champion.plants
             ),
-            head: head.map(str::to_owned).to_vec(),
+            head: HEAD.map(str::to_owned).to_vec(),
             rows: vec![
                 row("evolved champion", champion, Some(results.champion_mean_in_model)),
                 unseen("best random network", results.random_mean_in_model),

@@ -216,12 +216,10 @@ fn estimates(record: &StemRecord, options: &Options, fit: &Fit, responds: bool) 
     ];
     let mut all = vec![growth];
     let length = record.length_cm.iter().copied().fold(f64::INFINITY, f64::min);
-    let judged = |estimate: Estimate| {
-        let found = judged(estimate, responds, options, length);
-        if fit.misfit > MAX_MISFIT { of_misfit(found) } else { found }
-    };
+    let explained = |estimate| if fit.misfit > MAX_MISFIT { of_misfit(estimate) } else { estimate };
+    let judged = |estimate: Estimate| explained(judged(estimate, responds, options, length));
     all.extend(bending.into_iter().map(judged));
-    all.push(if fit.misfit > MAX_MISFIT { of_misfit(rate) } else { rate });
+    all.push(explained(rate));
     all.extend(tropic.into_iter().map(judged));
     all.extend(in_growth_units(&all, options));
     if options.stimulus == Stimulus::Lamps {
