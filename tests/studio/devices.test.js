@@ -1,11 +1,10 @@
 // Devices by hand, and notes: on the virtual tent by touch, and on an emulated WLED controller beside a run.
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
 import fs from "node:fs";
 import http from "node:http";
 import path from "node:path";
 import { after, test } from "node:test";
-import { close, folder, page, PROGRAM, run, start, studio, until } from "./helpers.js";
+import { close, folder, page, run, start, studio, until } from "./helpers.js";
 
 after(close);
 
@@ -86,9 +85,9 @@ test("lamps of a controller go on and off, and belong to a run while it goes on"
   const { url, lit } = await wled(t);
   await rig(t, cwd, url);
   // By the command line, too.
-  assert.match(String(execFileSync(PROGRAM, ["lamp", "rig.toml", "right", "--seconds", "0.2"], { cwd })), /right: lit for 0\.\d s, and off again/);
+  assert.match(await run(t, cwd, "lamp", "rig.toml", "right", "--seconds", "0.2"), /right: lit for 0\.\d s, and off again/);
   assert.deepEqual(lit(), []);
-  assert.match(String(execFileSync(PROGRAM, ["photo", "rig.toml", "--light", "dark", "--out", "now.jpg"], { cwd })), /wrote now\.jpg: tip at/);
+  assert.match(await run(t, cwd, "photo", "rig.toml", "--light", "dark", "--out", "now.jpg"), /wrote now\.jpg: tip at/);
 
   const { child, address } = await studio(t, cwd);
   const opened = await page(t, `${address}devices?rig=rig.toml`);
@@ -119,6 +118,6 @@ test("lamps of a controller go on and off, and belong to a run while it goes on"
   going.kill("SIGTERM");
   await until(() => going.exitCode !== null, "the run has ended");
   assert.deepEqual(lit(), []);
-  execFileSync(PROGRAM, ["note", "bean", "watered", "--step", "0"], { cwd });
+  await run(t, cwd, "note", "bean", "watered", "--step", "0");
   await until(async () => /watered/.test(await text(about, "#events")), "a note on a run that is not at work");
 });

@@ -72,11 +72,12 @@ export async function until(is, what, seconds = 60) {
   throw new Error(`waited ${seconds} s in vain: ${what}`);
 }
 
-/** Runs the program to its end. */
+/** Runs the program to its end: what it said. */
 export async function run(t, cwd, ...words) {
   const child = start(t, cwd, ...words);
   const code = await new Promise((done) => child.on("close", done));
   if (code !== 0) throw new Error(`tropism ${words.join(" ")}: ${code}\n${child.said}`);
+  return child.said;
 }
 
 /** A studio of `cwd`: its process and its address. */
