@@ -41,6 +41,7 @@ pub struct LampsTable {
     /// Seconds of darkness between one lamp and another, where each has a driver. 0.2 if it is left out.
     pub pause_s: Option<Seconds>,
     /// Which lamps may shine together. One at a time, at full power, if it is left out; else lamps with drivers.
+    #[cfg_attr(feature = "schema", schemars(default))]
     pub allowed: Allowed,
     /// Hours of light at most in any 24 hours, above 0 and at most 24; then all lamps are dark until there is room again.
     pub max_light_h: Option<f64>,
