@@ -72,11 +72,17 @@ async function dark() {
 }
 $("#dark").onclick = dark;
 
+/** A rig that is known takes photographs, one at a time. */
+function offer() {
+  $("#take").disabled = isBusy || !about;
+  $("#live").disabled = !about;
+}
+
 /** Takes a photograph and shows what is seen in it; whether there is one. */
 async function photograph() {
-  if (isBusy) return false;
+  if (isBusy || !about) return false;
   isBusy = true;
-  $("#take").disabled = true;
+  offer();
   try {
     const found = await post("api/rig", { do: "photo", rig: rig(), has_flash: $("#flash").checked }, ANSWER_MS);
     show(found.photo);
@@ -87,7 +93,7 @@ async function photograph() {
     return false;
   } finally {
     isBusy = false;
-    $("#take").disabled = false;
+    offer();
   }
 }
 
@@ -128,6 +134,7 @@ $("#near").onclick = () => $("#near").setAttribute("aria-pressed", String($("#ph
 async function choose() {
   stopLive();
   about = null;
+  offer();
   put($("#lamps"), "");
   put($("#over"), "");
   $("#img").hidden = true;
@@ -148,6 +155,7 @@ async function choose() {
     }
     put($("#state"), found.is_virtual ? virtual("virtual tent: five minutes pass with each photograph") : chip("live", "real devices"));
     know(found.state);
+    offer();
   } catch (error) {
     problem(error);
   }
