@@ -116,7 +116,7 @@ test("the constants of plants are measured from their tracks", async (t) => {
   const found = await opened(t, "#/measure");
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), "tropism-measure-"));
   t.after(() => fs.rmSync(folder, { recursive: true, force: true }));
-  const words = ["grow", "--plants", "2", "--steps", "48", "--period", "10", "--tilt", "60", "--dark", "--out", "beans"];
+  const words = ["grow", "--plants", "2", "--steps", "48", "--period", "10m", "--tilt", "60", "--dark", "--out", "beans"];
   assert.equal(spawnSync(process.env.TROPISM, words, { cwd: folder }).status, 0);
   await found.fill("#measure-tilt", "60");
   await found.setInputFiles("#measure-files", ["0001", "0002"].map((plant) => path.join(folder, "beans", `plant-${plant}.csv`)));
