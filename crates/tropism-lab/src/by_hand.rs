@@ -73,6 +73,9 @@ pub struct PhotoPlan {
     /// What is lit meanwhile: a lamp, `flash`, or `dark`. The flash if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub light: Option<String>,
+    /// Whether a file that is there is replaced.
+    #[serde(default)]
+    pub replace: bool,
     /// The program `tropism`, which is started as the [watchdog](crate::watchdog); without one there is none.
     #[serde(skip)]
     pub watchdog: Option<PathBuf>,
@@ -362,7 +365,8 @@ impl Workflow for PhotoPlan {
     const SCHEMA: &'static str = "tropism.photo/1";
 
     fn check(&self) -> Result<(), Error> {
-        files::check_outputs(std::slice::from_ref(&self.out), std::slice::from_ref(&self.rig))
+        files::check_outputs(std::slice::from_ref(&self.out), std::slice::from_ref(&self.rig))?;
+        files::check_free(&self.out, self.replace)
     }
 
     fn perform(&self, _monitor: &dyn Monitor) -> Result<PhotoResults, Error> {
@@ -429,5 +433,19 @@ mod tests {
             let error = lamp(name, seconds).unwrap_err().to_string();
             assert!(error.contains(wanted), "{error}");
         }
+    }
+
+    #[test]
+    fn a_photograph_replaces_none_that_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let (rig, out) = (folder.path().join("rig.toml"), folder.path().join("now.jpg"));
+        std::fs::write(&rig, toml::to_string(&tent()).unwrap()).unwrap();
+        std::fs::write(&out, "mine").unwrap();
+        let photo =
+            |replace| PhotoPlan { rig: rig.clone(), out: out.clone(), light: None, replace, watchdog: None };
+        assert!(photo(false).execute(&Silent).is_err());
+        assert_eq!(std::fs::read(&out).unwrap(), b"mine");
+        assert!(photo(true).execute(&Silent).is_ok());
+        assert!(std::fs::read(&out).unwrap().starts_with(b"\xff\xd8"));
     }
 }

@@ -28,13 +28,17 @@ pub(crate) struct Photo {
     /// File of the photograph
     #[arg(long, value_name = "FILE.jpg")]
     out: PathBuf,
+
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
 }
 
 impl Photo {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         Shell::end_in_order();
-        let Self { rig, light, out } = self;
-        let plan = PhotoPlan { rig, out, light, watchdog: std::env::current_exe().ok() };
+        let Self { rig, light, out, force } = self;
+        let plan = PhotoPlan { rig, out, light, replace: force, watchdog: std::env::current_exe().ok() };
         execute_and_print(&plan, shell, text)
     }
 }
