@@ -89,14 +89,17 @@ impl Workflow for FitPlan {
         let mut tracks: Vec<Track> =
             paths.iter().map(|path| files::read_track(path)).collect::<Result<_, _>>()?;
         for (path, track) in paths.iter().zip(&mut tracks) {
-            let unconfirmed = darken_unconfirmed(track);
-            if unconfirmed > 0 {
-                let path = path.display();
-                monitor.note(&format!(
-                    "{path}: left out {}: `done` says that their lamp was never confirmed",
-                    plural(unconfirmed, "step")
-                ));
-            }
+            let left_out = |count: usize, why: &str| {
+                if count > 0 {
+                    monitor.note(&format!("{}: left out {}: {why}", path.display(), plural(count, "step")));
+                }
+            };
+            left_out(darken_unconfirmed(track), "`done` says that their lamp was never confirmed");
+            let of_levels = track.samples.iter().filter(|sample| sample.levels.is_some()).count();
+            left_out(
+                of_levels,
+                "models are of one lamp at full power, these are of several lamps or of levels",
+            );
         }
         if !self.anyway {
             refuse_uncertain(&paths, &tracks)?;
