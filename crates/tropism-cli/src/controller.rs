@@ -32,8 +32,7 @@ impl FromStr for ControllerName {
     fn from_str(text: &str) -> Result<Self, String> {
         match text.split_once(':') {
             _ if text == "periodic" => Ok(Self::Periodic(PAPER_SWITCH_MIN)),
-            // `chase` is what people learnt to type before.
-            _ if text == "greedy" || text == "chase" => Ok(Self::Greedy),
+            _ if text == "greedy" => Ok(Self::Greedy),
             Some(("periodic", time)) => Ok(Self::Periodic(parse_minutes(time)?)),
             _ if is_word(text) => Err(format!("found no file of this name, wanted {KINDS}")),
             _ => Ok(Self::File(text.into())),
