@@ -27,7 +27,7 @@ use std::time::{Duration, Instant};
 use rumqttc::{Client, Event, LastWill, Packet, Publish, QoS, RecvTimeoutError};
 use serde_json::Value;
 use tropism::math::statistics::mean;
-use tropism::nodes::{Neighbour, NodeController, NodeMessage, NodeView};
+use tropism::nodes::{FRESH_STEPS, Neighbour, NodeController, NodeMessage, NodeView};
 use tropism::rig::RigError;
 
 use crate::failed;
@@ -39,8 +39,6 @@ const MAX_BYTES: usize = 16 << 10;
 const WAITING: usize = 64;
 /// Pause after a broken connection.
 const RETRY: Duration = Duration::from_millis(500);
-/// Age up to which readings count, in steps.
-const FRESH_STEPS: u32 = 3;
 /// Longest wait before a request to end is looked at.
 const LOOK: Duration = Duration::from_millis(100);
 

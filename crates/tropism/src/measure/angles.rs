@@ -37,7 +37,7 @@ pub struct AngleRecord {
 
 /// Share of the record over which the fastest turning is a line. Chosen: half an hour of three, which averages readings by hand.
 const RATE_SHARE: f64 = 1.0 / 6.0;
-/// Readings that the fit of both angles uses; more are thinned.
+/// Readings that the fit of both angles uses; more are thinned. Chosen: one in two minutes and a half of three hours.
 const FIT_READINGS: usize = 75;
 /// Deviation of the fit of both angles that is usual, in rad: what the model leaves of published roots. It weighs them against the
 /// prior.

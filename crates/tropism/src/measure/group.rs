@@ -15,7 +15,7 @@ pub const SYSTEMATIC: f64 = 0.05;
 /// Least number of plants of a group. Chosen: the t interval of two plants spans a factor of hundreds.
 pub const MIN_PLANTS: usize = 3;
 
-/// Permutations of a test; all, if there are no more.
+/// Permutations of a test; all, if there are no more. Chosen: a p of 0.05 has a standard error of 0.0015.
 const PERMUTATIONS: usize = 20_000;
 
 /// The mean of the values of plants: geometric where all are positive, else arithmetic.

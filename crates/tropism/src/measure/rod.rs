@@ -51,7 +51,7 @@ const MAX_STEP: f64 = 0.01;
 const MAX_STEP_H: f64 = 0.1;
 /// Width of the sharpest edge, in segments. Chosen: a third, where the logistic still falls within one segment.
 const LEAST_EDGE: f64 = 0.33;
-/// Vectors of unknowns that are simulated together.
+/// Vectors of unknowns that are simulated together: the seven numbers without light take one pass.
 const LANES: usize = 8;
 
 /// How elongation carries curvature along the stem.

@@ -27,7 +27,7 @@ pub use detector::{DetectorMemory, DetectorSettings, Echo, EchoDetector, Learned
 pub use machine::{StateMachine, StateMachineSettings};
 pub use network::{NETWORK_INPUTS, NETWORK_OUTPUTS, NetworkNode};
 pub use proximity::{Optics, Patch, Proximity};
-pub use running::{NodeFaults, NodeRow, WallNodes};
+pub use running::{FRESH_STEPS, NodeFaults, NodeRow, WallNodes};
 pub use search::{EvolvedNodes, NodeEvolution, NodeEvolutionConfig, NodeScore};
 pub use tip::{GrowingTip, LitPath, WallTip};
 pub use wall::{NodeSpec, NodeWall, WallError, WallPath};

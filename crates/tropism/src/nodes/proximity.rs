@@ -16,7 +16,7 @@ use crate::math::vector::{Vec3, dot, norm, normalize_or, sub};
 use crate::math::{cos, exp, ln};
 
 /// Radius of the stem that defines the range of a sensor, in cm: that of the virtual bean near its apex.
-const STEM_RADIUS_CM: f64 = 0.12;
+pub(super) const STEM_RADIUS_CM: f64 = 0.12;
 /// Reading that a stem on the axis at the range gives: four standard deviations of the default noise.
 const READING_AT_RANGE: f64 = 0.4;
 /// Least distance that counts, in cm. Chosen by hand: it bounds the inverse fourth power at the sensor's window.
@@ -93,6 +93,7 @@ impl Proximity {
     /// The factor of the echo that makes the range true: a stem across the axis echoes `2 r / d^3` times the integral of
     /// `cos^(n + 2)` over all angles.
     fn gain(&self, beam: &Beam) -> f64 {
+        // Midpoints of 2 degrees, for beams of some 10 degrees and more.
         const PARTS: u32 = 90;
         let power = beam.exponent() + 2.0;
         let width = PI / f64::from(PARTS);

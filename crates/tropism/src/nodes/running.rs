@@ -18,9 +18,9 @@ use crate::math::sin;
 use crate::math::statistics::mean;
 use crate::random::{NoiseStream, Purpose};
 
-/// Age up to which a sibling's reading counts, in steps: a message may be lost now and then.
-const FRESH_STEPS: u32 = 3;
-/// By how much a false echo raises a reading.
+/// Age up to which a sibling's reading counts, in steps. Chosen: a message may be lost now and then.
+pub const FRESH_STEPS: u32 = 3;
+/// By how much a false echo raises a reading. Chosen: five times what a stem raises it by at the range of the sensor.
 const FALSE_ECHO: f64 = 2.0;
 
 /// Faults of a wall. Which nodes are struck is drawn for each plant.
@@ -67,7 +67,7 @@ impl NodeFaults {
     }
 }
 
-/// How long a node that will be killed is lit before, in h.
+/// How long a node that will be killed is lit before, in h. Chosen: the plant is on its way, and no decision was made.
 const KILLED_AFTER_H: f64 = 2.0;
 
 /// One node at one step: a row of the wall's journal.

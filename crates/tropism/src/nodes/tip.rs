@@ -11,7 +11,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::proximity::Patch;
+use super::proximity::{Patch, STEM_RADIUS_CM};
 use super::wall::NodeWall;
 use crate::lighting::Lighting;
 use crate::math::matrix::least_squares;
@@ -26,12 +26,10 @@ const POWERS: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
 const MEMORIES_H: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 /// Distance at which a lamp of the paper has the reference irradiance, in cm (section 2.1).
 const LAMP_CM: f64 = 35.0;
-/// Least distance from a lamp that counts, in cm.
+/// Least distance from a lamp that counts, in cm. Chosen: a plant that touches it has no infinite light.
 const LEAST_CM: f64 = 1.0;
 /// Length of stem below the tip that a sensor sees, and of its pieces, in cm. Chosen: beyond it the echo is negligible.
 const STEM_CM: [f64; 2] = [10.0, 1.0];
-/// Radius of this stem, in cm.
-const STEM_RADIUS_CM: f64 = 0.12;
 
 /// The path of an apex before a wall, and how the lamps were lit: one more place than lightings.
 #[derive(Clone, Debug, PartialEq)]
