@@ -23,8 +23,9 @@ use tropism::plant::tip::TipModel;
 use tropism::rig::Durability;
 use tropism::rig::{Clock, Lamps, Rig};
 use tropism::task::Task;
-use tropism::track::Track;
+use tropism::track::{Sample, Track};
 use tropism::vision::VisionConfig;
+use tropism::vision::tracking::clicks::Click;
 use tropism_bean::fault::Faults;
 use tropism_bean::scene::Scene;
 use tropism_bean::tent::{Greenhouse, GroundTruth};
@@ -39,19 +40,25 @@ type Recorded = (Track, Vec<Point>, BTreeMap<u64, Vec<u8>>);
 
 /// Goes on with the run in `path` for at most `samples`.
 fn record(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Recorded {
-    let mut periodic = Periodic::new(30, &Layout::default()).starting_with(Light::RIGHT);
-    record_under(&mut periodic, greenhouse, path, steps, samples)
+    record_under(&mut periodic(), greenhouse, &[], path, steps, samples)
 }
 
-/// [`record`] under a controller.
+/// One lamp for 30 minutes, then the other.
+fn periodic() -> Periodic {
+    Periodic::new(30, &Layout::default()).starting_with(Light::RIGHT)
+}
+
+/// [`record`] under a controller, with the tip clicked in some photographs.
 fn record_under(
     controller: &mut dyn Controller,
     greenhouse: &Greenhouse,
+    clicks: &[Click],
     path: &Path,
     steps: u32,
     samples: usize,
 ) -> Recorded {
     let (device, tracker) = greenhouse.open(3, 5.0, &VisionConfig::default()).unwrap();
+    let tracker = tracker.with_clicks(clicks).unwrap();
     let hand = || device.clone();
     let rig = Rig::new(hand(), hand(), hand(), hand(), tracker, Duration::from_secs(300));
     let folder = RunFolder::open(path, "seed = 3\n", Durability::Fast, true).unwrap();
@@ -90,7 +97,7 @@ impl Controller for Sharing {
 fn levels_are_recorded_and_go_on_after_an_interruption() {
     let greenhouse = Greenhouse { allowed: Allowed::Any { most_lit: 2, budget: 1.0 }, ..small_tent() };
     let [whole, broken] = [(); 2].map(|()| tempfile::tempdir().unwrap());
-    let grow = |path, samples| record_under(&mut Sharing, &greenhouse, path, 12, samples);
+    let grow = |path, samples| record_under(&mut Sharing, &greenhouse, &[], path, 12, samples);
     let (track, truth, _) = grow(whole.path(), usize::MAX);
     grow(broken.path(), 7);
     let (resumed, resumed_truth, _) = grow(broken.path(), usize::MAX);
@@ -200,6 +207,27 @@ fn a_run_in_which_everything_goes_wrong_is_resumed_to_the_same_bits() {
         let name = format!("photographs/{step:06}.jpg");
         let [one, other] = [&whole, &broken].map(|folder| std::fs::read(folder.path().join(&name)).ok());
         assert!(one == other, "{name}");
+    }
+}
+
+#[test]
+fn a_clicked_tip_is_followed_and_resumed_to_the_same_bits() {
+    let faults =
+        Faults { missed_flash: 0.05, fly: 0.05, half_written: 0.05, dropped: 0.05, ..Faults::default() };
+    let greenhouse = Greenhouse { faults, ..small_tent() };
+    let [first, whole, broken] = [(); 3].map(|()| tempfile::tempdir().unwrap());
+    let (_, truth, _) = record(&small_tent(), first.path(), 60, 1);
+    let clicks = [Click { frame: 0, at: greenhouse.scene.frame().pixel(truth[0]) }];
+    let (track, truth, _) = record_under(&mut periodic(), &greenhouse, &clicks, whole.path(), 60, usize::MAX);
+    let is_measured = |sample: &&(&Sample, &Point)| sample.0.quality == Quality::Measured;
+    let pairs: Vec<_> = track.samples.iter().zip(&truth).collect();
+    let off = pairs.iter().filter(is_measured).map(|(sample, top)| sample.tip.distance(**top));
+    let (measured, worst) = (off.clone().count(), off.fold(0.0, f64::max));
+    assert!((40..60).contains(&measured) && worst < 0.5, "{measured} measured, {worst:.2} cm");
+    for samples in [1, 18, 40, usize::MAX] {
+        let resumed =
+            record_under(&mut periodic(), &greenhouse, &clicks, broken.path(), 60, samples);
+        assert!(samples < 60 || (resumed.0, resumed.1) == (track.clone(), truth.clone()));
     }
 }
 

@@ -83,6 +83,7 @@ impl<'m> Devices<'m> {
         let layout = rig.layout().ok()?;
         let (device, tracker) = greenhouse
             .open(1, rig.period_min, &rig.vision)
+            .and_then(|(device, tracker)| Ok((device, tracker.with_clicks(&rig.clicks)?)))
             .map_err(|error| findings.fail(Group::Camera, error.to_string(), "correct the rig file"))
             .ok()?;
         let period = Duration::from_secs_f64(60.0 * rig.period_min);
@@ -118,7 +119,7 @@ impl<'m> Devices<'m> {
         };
         // All are opened before any is given up, so that each problem is found.
         let tracker = TipTracker::new(calibration, rig.vision.clone())
-            .map(|tracker| tracker.with_period(rig.period_min))
+            .and_then(|tracker| tracker.with_period(rig.period_min).with_clicks(&rig.clicks))
             .map_err(|error| fail(Group::Plant, error.to_string()));
         let flash: Result<Box<dyn Flash>, ()> = match &rig.flash {
             None => Ok(Box::new(NoFlash)),

@@ -11,6 +11,7 @@ use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, Rig, RigError, SideView
 use tropism::rig::{Durability, FaultPolicy, LampsInView};
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism::vision::camera::stereo::{CameraPose, Side, StereoPair};
+use tropism::vision::tracking::clicks::{self, Click};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_bean::tent::{Greenhouse, TentHandle};
 
@@ -73,6 +74,10 @@ pub struct RigFile {
     /// How the plant is detected in the photographs.
     #[serde(default)]
     pub vision: VisionConfig,
+    /// Where the plant's tip was clicked in the first photographs of the run: it is followed from there. If it is left out, the
+    /// tip is detected alone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clicks: Vec<Click>,
 }
 
 /// A camera at the side of the plant, at a right angle to the one in front.
@@ -94,6 +99,9 @@ pub struct SideTable {
     /// How the plant is detected in its photographs.
     #[serde(default)]
     pub vision: VisionConfig,
+    /// Where the plant's tip was clicked in its first photographs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clicks: Vec<Click>,
 }
 
 const fn paper_distances() -> [f64; 2] {
@@ -115,6 +123,7 @@ impl SideTable {
             self.camera.check().map_err(|problem| format!("side.camera: {problem}")),
             self.calibration.check().map_err(|problem| format!("side: {problem}")),
             self.vision.check(width, height).map_err(|problem| format!("side: {problem}")),
+            clicks::check(&self.clicks, (width, height)).map_err(|problem| format!("side: {problem}")),
         ];
         faults.extend(checks.into_iter().filter_map(Result::err));
         faults
@@ -123,7 +132,8 @@ impl SideTable {
     /// Opens the camera. `front` is the calibration of the one in front.
     fn open(&self, front: &Calibration, period_min: f64) -> Result<SideView, RigFileError> {
         let found = |problem: String| RigFileError(format!("side: {problem}"));
-        let tracker = TipTracker::new(self.calibration, self.vision.clone());
+        let tracker = TipTracker::new(self.calibration, self.vision.clone())
+            .and_then(|tracker| tracker.with_clicks(&self.clicks));
         let tracker = tracker.map_err(|problem| found(problem.to_string()))?.with_period(period_min);
         let camera = self.camera.open().map_err(|problem| found(problem.to_string()))?;
         let views = StereoPair {
@@ -173,6 +183,7 @@ impl RigFile {
             calibration: None,
             side: None,
             vision,
+            clicks: Vec::new(),
         }
     }
 
@@ -241,6 +252,9 @@ impl RigFile {
         {
             let layout = self.layout().map_err(|problem| problem.to_string());
             add(layout.and_then(|layout| lamps.check(width, height, &layout)));
+        }
+        if let Some(Calibration { width, height, .. }) = self.calibration() {
+            add(clicks::check(&self.clicks, (width, height)).map_err(|problem| problem.to_string()));
         }
         for (number, alert) in (1..).zip(&self.alert) {
             add(alert.check().map_err(|problem| format!("alert {number}: {problem}")));
@@ -324,6 +338,7 @@ impl RigFile {
         let period = Duration::from_secs_f64(self.period_min * 60.0);
         if let Some(greenhouse) = &self.greenhouse {
             let (device, tracker) = greenhouse.open(seed, self.period_min, &self.vision).map_err(found)?;
+            let tracker = tracker.with_clicks(&self.clicks).map_err(found)?;
             let hand = || device.clone();
             let side = greenhouse.open_side(&device, self.period_min, &self.vision).map_err(found)?;
             let rig = Rig::new(
@@ -344,7 +359,7 @@ impl RigFile {
         };
         let layout = self.layout()?;
         let tracker = TipTracker::new(calibration, self.vision.clone()).map_err(found)?;
-        let tracker = tracker.with_period(self.period_min);
+        let tracker = tracker.with_period(self.period_min).with_clicks(&self.clicks).map_err(found)?;
         let device = |error: RigError| RigFileError(error.to_string());
         let flash = match &self.flash {
             Some(flash) => flash.open(self.mqtt.as_ref()).map_err(device)?,

@@ -26,6 +26,8 @@ pub enum FrameStatus {
     LeavesView,
     /// The tip lies outside the gate: farther from its last position than a plant can move.
     Jump,
+    /// The clicked tip is followed and accepted, but the usual detection takes another place for the tip.
+    Disputed,
     /// The plant is detected and accepted, but the interval since the photograph before is not the period.
     ClockGap,
 }
@@ -33,5 +35,5 @@ pub enum FrameStatus {
 words! {
     FrameStatus, "status": Ok = "ok", Corrupt = "corrupt", Foreign = "foreign", Dark = "dark", NoPlant = "no_plant",
     Repeated = "repeated", Ambiguous = "ambiguous", Hidden = "hidden", LeavesView = "leaves_view", Jump = "jump",
-    ClockGap = "clock_gap",
+    Disputed = "disputed", ClockGap = "clock_gap",
 }

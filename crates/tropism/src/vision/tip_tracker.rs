@@ -5,6 +5,8 @@
 //! reference, so it can run for many photographs at a time; only the [update](TipTracker::update) of the track needs
 //! their order.
 
+use std::sync::Arc;
+
 use crate::geometry::{Pixel, Point, Polyline, Region, STEM_POINTS, path};
 use crate::math;
 use crate::observation::{Observation, Quality};
@@ -22,6 +24,8 @@ use crate::vision::raster::Masked;
 use crate::vision::raster::frame::Frame;
 use crate::vision::raster::source::PixelSource;
 use crate::vision::tracking::background::{Background, Tone, is_black};
+use crate::vision::tracking::clicks::{self, Click, FollowedPlace, LivePoint, agreement, tolerance};
+use crate::vision::tracking::flow::Pyramid;
 use crate::vision::tracking::gating::{Interval, PlantMeasurement, TrackGate};
 use crate::vision::tracking::hold::StemHold;
 
@@ -87,6 +91,8 @@ pub struct TipTracker {
     reference: Option<Background>,
     candidates: usize,
     gate: TrackGate,
+    /// The clicked tip, followed by the flow; `None` without clicks.
+    clicked: Option<LivePoint>,
     /// Whether photographs have nothing to do with each other.
     is_unrelated: bool,
     /// Interval at which photographs are expected.
@@ -119,6 +125,7 @@ impl TipTracker {
             reference: None,
             candidates: 0,
             gate: TrackGate::new(Interval::default(), calibration.px_per_cm),
+            clicked: None,
             is_unrelated: false,
             interval: Interval::default(),
             time_s: -60.0 * Interval::default().0,
@@ -146,6 +153,19 @@ impl TipTracker {
     pub const fn for_unrelated(mut self) -> Self {
         self.is_unrelated = true;
         self
+    }
+
+    /// The same tracker for a plant whose tip a user clicked in some of the first photographs, which count from 0, one a period.
+    /// The tip is followed from there by optical flow, and detection is a second witness: see [`FrameStatus::Disputed`].
+    /// Without clicks it is the same tracker.
+    ///
+    /// # Errors
+    /// [`VisionError`] where a click lies outside of the pictures.
+    pub fn with_clicks(mut self, clicks: &[Click]) -> Result<Self, VisionError> {
+        let Calibration { base, width, height, .. } = self.calibration;
+        clicks::check(clicks, (width, height))?;
+        self.clicked = (!clicks.is_empty()).then(|| LivePoint::new(clicks.to_vec(), base));
+        Ok(self)
     }
 
     /// Number of latest accepted photographs that gating depends on.
@@ -213,6 +233,14 @@ impl TipTracker {
                 self.gate.hide();
             }
         }
+        let index = self.index_at(photo.time_s);
+        if let Some(clicked) = &mut self.clicked {
+            let place = tracked.tip_px.filter(|_| tracked.is_measured());
+            let place = place.map(|at| FollowedPlace { at, confidence: tracked.confidence });
+            // Photographs that are not wanted any more have no bytes.
+            let picture = place.and_then(|_| frame.picture().ok()).map(pyramid);
+            clicked.resume(index, picture.as_ref(), place);
+        }
         self.replay.push((frame, tracked.clone()));
         self.tip = tracked.observation.as_ref().map(|observation| observation.tip);
         self.stem.resume(tracked.observation.as_ref().and_then(|observation| observation.stem.as_ref()));
@@ -254,14 +282,56 @@ impl TipTracker {
         let photo = frame.photo();
         let is_repeated = !photo.bytes.is_empty() && self.bytes == photo.bytes;
         self.bytes.clone_from(&photo.bytes);
-        let detection = if is_repeated {
-            Err(FrameStatus::Repeated)
-        } else {
-            let picture = frame.picture();
-            picture.iter().for_each(|picture| self.set_reference(*picture));
-            self.detect(picture)
+        if is_repeated {
+            return self.update_followed(Err(FrameStatus::Repeated), None, photo.time_s);
+        }
+        let picture = frame.picture();
+        picture.iter().for_each(|picture| self.set_reference(*picture));
+        let detection = self.detect(picture);
+        self.update_followed(detection, picture.ok(), photo.time_s)
+    }
+
+    /// Number of the photograph taken at `time_s`, from 0, at one a period.
+    fn index_at(&self, time_s: f64) -> usize {
+        (time_s / (60.0 * self.interval.0)).round().max(0.0) as usize
+    }
+
+    /// Updates the track by the next photograph; by the clicked tip in its `picture`, if one was clicked.
+    fn update_followed(
+        &mut self,
+        detection: Result<Detection, FrameStatus>,
+        picture: Option<&LazyImage>,
+        time_s: f64,
+    ) -> TrackedFrame {
+        let index = self.index_at(time_s);
+        let Some(clicked) = &mut self.clicked else { return self.update(detection, time_s) };
+        let picture = picture.filter(|picture| {
+            let (width, height) = picture.size();
+            self.calibration.check_size(width, height).is_ok()
+        });
+        let detected = detection.as_ref().ok().map(|detection| detection.tip);
+        // A pole before the tip is followed no better than it is detected.
+        let is_hidden = detection.as_ref().is_ok_and(|detection| detection.is_behind_pole);
+        let pyramid = picture.filter(|_| !is_hidden).map(pyramid);
+        let place = clicked.next(index, pyramid.as_ref(), detected);
+        let Some(place) = place else {
+            let unsure =
+                if picture.is_some() && !is_hidden { Err(FrameStatus::Ambiguous) } else { detection };
+            return self.update(unsure, time_s);
         };
-        self.update(detection, photo.time_s)
+        let tolerance = tolerance(place.at.distance(self.calibration.base));
+        let is_agreed = detected.map(|detected| agreement(detected, place.at, tolerance) > 0.0);
+        let status = if is_agreed == Some(false) { FrameStatus::Disputed } else { FrameStatus::Ok };
+        let detection = match detection {
+            Ok(detection) if is_agreed == Some(true) => Detection { tip: place.at, ..detection },
+            Ok(detection) => Detection { tip: place.at, stem: None, ..detection },
+            Err(_) => {
+                let shift = self.reference.as_ref().zip(picture);
+                let shift = shift.and_then(|(reference, picture)| reference.estimate_shift(picture));
+                Detection { tip: place.at, camera_shift: shift.unwrap_or_default(), ..Detection::default() }
+            }
+        };
+        self.update_by(Ok(detection), Some((status, place.confidence)), time_s)
     }
 
     /// Detects the plant in a picture, corrected for the camera's shift since the reference. Depends on no other
@@ -370,6 +440,16 @@ impl TipTracker {
 
     /// Updates the track by the [detection](TipTracker::detect) in the next photograph, taken at `time_s` seconds.
     pub fn update(&mut self, detection: Result<Detection, FrameStatus>, time_s: f64) -> TrackedFrame {
+        self.update_by(detection, None, time_s)
+    }
+
+    /// [`TipTracker::update`]; a clicked tip comes with its status and confidence, and is not gated.
+    fn update_by(
+        &mut self,
+        detection: Result<Detection, FrameStatus>,
+        clicked: Option<(FrameStatus, f64)>,
+        time_s: f64,
+    ) -> TrackedFrame {
         let steps = (time_s - self.time_s) / (60.0 * self.interval.0);
         self.time_s = time_s;
         if self.is_unrelated {
@@ -378,6 +458,7 @@ impl TipTracker {
         let mut has_steady_stem = true;
         let (status, fit) = match &detection {
             Err(status) => (*status, 0.0),
+            Ok(_) if let Some(clicked) = clicked => clicked,
             Ok(_) if self.config.mode == Mode::Paper => (FrameStatus::Ok, 1.0),
             Ok(detection) if self.is_unrelated => {
                 let is_uncertain = detection.is_occluded || detection.clipped_at.is_some();
@@ -396,7 +477,8 @@ impl TipTracker {
         };
         let tip_px = detection.as_ref().ok().map(|detection| detection.tip);
         let camera_shift = detection.as_ref().ok().and_then(|detection| self.known_shift(detection));
-        let accepted = detection.ok().filter(|_| status == FrameStatus::Ok);
+        let is_accepted = [FrameStatus::Ok, FrameStatus::Disputed].contains(&status);
+        let accepted = detection.ok().filter(|_| is_accepted);
         let is_clock_gap = steps > MAX_INTERVAL || (steps > 0.0 && steps < MIN_INTERVAL);
         let has_gap = is_clock_gap && self.tip.is_some();
         let status = if status == FrameStatus::Ok && has_gap { FrameStatus::ClockGap } else { status };
@@ -406,6 +488,7 @@ impl TipTracker {
         let stem = self.stem.update(stem, rule);
         let quality = if accepted.is_some() { Quality::Measured } else { Quality::CarriedForward };
         self.confidence = match &accepted {
+            Some(_) if clicked.is_some() => fit,
             Some(Detection { contrast, has_second_foot, .. }) => {
                 let clarity = fit * (1.0 - math::exp(-contrast / (2.0 * self.config.contrast.max(1.0))));
                 let confidence =
@@ -454,6 +537,11 @@ impl TipTracker {
             is_occluded: detection.is_occluded || detection.has_second_foot,
         }
     }
+}
+
+/// The pyramid of a picture, for the flow of a clicked tip.
+fn pyramid(picture: &LazyImage) -> Arc<Pyramid> {
+    Arc::new(Pyramid::of(picture))
 }
 
 /// A region shifted with a camera's picture, as far as the picture reaches.

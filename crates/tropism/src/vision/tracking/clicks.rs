@@ -2,13 +2,14 @@
 //!
 //! In: the clicks, and the pictures in the order of their times. Out: a place and a confidence for each picture. The one
 //! idea: between two clicks the point is followed from both; where both ways meet the flow is right, and where they differ
-//! another click helps.
+//! another click helps. In a run, where no later photograph is known yet, the usual detection is the second witness.
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Pixel;
+use crate::vision::error::VisionError;
 use crate::vision::tracking::flow::{FollowedPoint, Pyramid};
 
 /// Distance up to which a place counts as right, in pixels and as a share of the plant's height: whichever is more. Both as in
@@ -23,16 +24,33 @@ const AGREED: f64 = 0.95;
 const ONE_SIDED: f64 = 0.85;
 const HALF_LIFE: f64 = 150.0;
 
+/// Factor of the confidence from photograph to photograph of a run, as long as nothing confirms the flow. Chosen: after 105
+/// photographs it is 0.5, as with [`HALF_LIFE`].
+const UNCONFIRMED: f64 = 0.995;
+
 /// Confidence from which on a place is an answer.
 pub const LEAST_CONFIDENCE: f64 = 0.5;
 
 /// A click on a point of the plant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Click {
     /// Index of the photograph in the series, from 0.
     pub frame: usize,
     /// The point there.
     pub at: Pixel,
+}
+
+/// Checks that clicks lie inside of pictures of a size.
+///
+/// # Errors
+/// [`VisionError`] names the first that does not.
+pub fn check(clicks: &[Click], (width, height): (usize, usize)) -> Result<(), VisionError> {
+    let is_inside = |at: f64, size: usize| (-0.5..size as f64 - 0.5).contains(&at);
+    let outside = clicks.iter().find(|Click { at, .. }| !is_inside(at.x, width) || !is_inside(at.y, height));
+    let found =
+        outside.map_or(String::new(), |Click { at, .. }| format!("{},{} in {width} x {height}", at.x, at.y));
+    VisionError::check_value("clicks", found, outside.is_none(), "pixels inside of the photographs")
 }
 
 /// Where a point is in one photograph.
@@ -42,6 +60,16 @@ pub struct FollowedPlace {
     pub at: Pixel,
     /// How sure it is, 0 to 1.
     pub confidence: f64,
+}
+
+impl FollowedPlace {
+    /// The same place, confirmed by what the usual detection takes for the tip if that is there, too. `tolerance` is the
+    /// distance up to which a place counts as right.
+    #[must_use]
+    pub fn confirmed_by(self, detected: Option<Pixel>, tolerance: f64) -> Self {
+        let agreed = detected.map_or(0.0, |detected| agreement(detected, self.at, tolerance));
+        Self { confidence: self.confidence.max(agreed), ..self }
+    }
 }
 
 /// Distance up to which a place counts as right on a plant of a height in pixels.
@@ -126,6 +154,73 @@ pub fn blend(
     (0..forward.len()).map(place).collect()
 }
 
+/// A clicked point in photographs that are tracked as they are taken.
+///
+/// All that the next place depends on is the latest photograph that showed the point, its place and its confidence there, so an
+/// interrupted run goes on with the same bits: see [`LivePoint::resume`].
+#[derive(Clone, Debug)]
+pub struct LivePoint {
+    clicks: Vec<Click>,
+    /// Where the stem leaves the soil: the plant's height is the distance from there.
+    root: Pixel,
+    /// The point in the latest photograph that showed it.
+    point: Option<FollowedPoint>,
+    confidence: f64,
+    /// Clicks in photographs before this one were taken in.
+    next_click: usize,
+}
+
+impl LivePoint {
+    /// The point of a plant with its root at a pixel, clicked in some photographs of a run, which count from 0.
+    #[must_use]
+    pub const fn new(clicks: Vec<Click>, root: Pixel) -> Self {
+        Self { clicks, root, point: None, confidence: 0.0, next_click: 0 }
+    }
+
+    /// Follows the point into photograph `frame`, where the usual detection takes `detected` for it. `None` where the point is
+    /// lost, or its place is no answer any more.
+    pub fn next(
+        &mut self,
+        frame: usize,
+        picture: Option<&Arc<Pyramid>>,
+        detected: Option<Pixel>,
+    ) -> Option<FollowedPlace> {
+        let place = picture.and_then(|picture| self.place(frame, picture, detected));
+        self.record(frame, picture, place);
+        place
+    }
+
+    /// Takes in photograph `frame` of an interrupted run, which showed the point at `place` then. `picture` is wanted for the
+    /// latest one that showed it.
+    pub fn resume(&mut self, frame: usize, picture: Option<&Arc<Pyramid>>, place: Option<FollowedPlace>) {
+        self.record(frame, picture, place);
+    }
+
+    fn place(&self, frame: usize, picture: &Arc<Pyramid>, detected: Option<Pixel>) -> Option<FollowedPlace> {
+        // If the photograph that was to be clicked failed, the next one stands for it.
+        let is_next = |click: &&Click| (self.next_click..=frame).contains(&click.frame);
+        if let Some(click) = self.clicks.iter().filter(is_next).max_by_key(|click| click.frame) {
+            return Some(FollowedPlace { at: click.at, confidence: 1.0 });
+        }
+        let at = self.point.clone()?.follow(picture)?;
+        let alone = FollowedPlace { at, confidence: ONE_SIDED.min(UNCONFIRMED * self.confidence) };
+        let place = alone.confirmed_by(detected, tolerance(at.distance(self.root)));
+        (place.confidence >= LEAST_CONFIDENCE).then_some(place)
+    }
+
+    fn record(&mut self, frame: usize, picture: Option<&Arc<Pyramid>>, place: Option<FollowedPlace>) {
+        let Some(place) = place else {
+            self.confidence *= UNCONFIRMED;
+            return;
+        };
+        (self.confidence, self.next_click) = (place.confidence, frame + 1);
+        if let Some(picture) = picture {
+            let height_px = place.at.distance(self.root);
+            self.point = Some(FollowedPoint::new(Arc::clone(picture), place.at, height_px));
+        }
+    }
+}
+
 /// A place with flow from one side only, so many photographs from the click.
 fn one_sided(at: Pixel, frames: usize) -> Option<FollowedPlace> {
     Some(FollowedPlace { at, confidence: ONE_SIDED / (1.0 + frames as f64 / HALF_LIFE) })
@@ -137,6 +232,74 @@ mod tests {
     use proptest::prelude::*;
 
     const FRAMES: usize = 21;
+
+    /// A bright spot on dark noise.
+    fn spot(at: Pixel) -> Arc<Pyramid> {
+        let (width, height) = (160, 120);
+        let value = |index: usize| {
+            let (x, y) = ((index % width) as f64 - at.x, (index / width) as f64 - at.y);
+            (40.0 + 160.0 * crate::math::exp(-(x * x + 2.0 * y * y) / 40.0)) as u8
+        };
+        let rgb = (0..width * height).flat_map(|index| [value(index); 3]).collect();
+        Arc::new(Pyramid::of(&crate::photo::Image { width, height, rgb }))
+    }
+
+    #[test]
+    fn a_live_point_goes_on_as_if_it_had_not_been_interrupted() {
+        let truth = |frame: usize| Pixel::new(60.0 + 1.5 * frame as f64, 40.0 + 0.5 * frame as f64);
+        let click = Click { frame: 0, at: truth(0) };
+        let point = || LivePoint::new(vec![click], Pixel::new(60.0, 118.0));
+        // The first photograph fails, and a black one later; the detection is right in every fifth.
+        let black = Arc::new(Pyramid::of(&crate::photo::Image {
+            width: 160,
+            height: 120,
+            rgb: vec![0; 3 * 160 * 120],
+        }));
+        let picture = |frame: usize| match frame {
+            0 => None,
+            9 => Some(Arc::clone(&black)),
+            _ => Some(spot(truth(frame.saturating_sub(1)))),
+        };
+        let detected = |frame: usize| (frame % 5 == 0).then(|| truth(frame - 1));
+        let mut whole = point();
+        let places: Vec<_> =
+            (0..FRAMES).map(|frame| whole.next(frame, picture(frame).as_ref(), detected(frame))).collect();
+        assert_eq!((places[0], places[9]), (None, None));
+        for frame in [1, 2, 8, 10, 20] {
+            let place = places[frame].unwrap();
+            assert!(place.at.distance(truth(frame - 1)) < 0.5, "{frame}: {place:?}");
+        }
+        let confidence = |frame: usize| places[frame].unwrap().confidence;
+        assert!(confidence(1) == 1.0 && confidence(5) == AGREED && confidence(7) < confidence(6));
+        for stop in 1..FRAMES {
+            let mut resumed = point();
+            // Only the latest photograph with the point is read again.
+            let latest = (0..stop).rev().find(|&frame| places[frame].is_some());
+            for frame in 0..stop {
+                let picture = picture(frame).filter(|_| Some(frame) == latest);
+                resumed.resume(frame, picture.as_ref(), places[frame]);
+            }
+            for frame in stop..FRAMES {
+                assert_eq!(
+                    resumed.next(frame, picture(frame).as_ref(), detected(frame)),
+                    places[frame],
+                    "{stop}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_live_point_that_nothing_confirms_ends() {
+        let mut point =
+            LivePoint::new(vec![Click { frame: 0, at: Pixel::new(60.0, 40.0) }], Pixel::new(60.0, 118.0));
+        let picture = spot(Pixel::new(60.0, 40.0));
+        let elsewhere = Some(Pixel::new(120.0, 100.0));
+        let answered =
+            (0..300).take_while(|&frame| point.next(frame, Some(&picture), elsewhere).is_some()).count();
+        assert!((80..150).contains(&answered), "{answered}");
+        assert!(point.next(300, Some(&picture), Some(Pixel::new(60.0, 40.0))).is_some());
+    }
 
     /// A point that moves steadily, followed with so much drift a photograph, to the right forwards and to the left backwards.
     fn places(drift: f64, clicks: &[usize]) -> Vec<Option<FollowedPlace>> {
