@@ -223,7 +223,7 @@ fn a_clicked_tip_is_followed_and_resumed_to_the_same_bits() {
     let pairs: Vec<_> = track.samples.iter().zip(&truth).collect();
     let off = pairs.iter().filter(is_measured).map(|(sample, top)| sample.tip.distance(**top));
     let (measured, worst) = (off.clone().count(), off.fold(0.0, f64::max));
-    assert!((40..60).contains(&measured) && worst < 0.5, "{measured} measured, {worst:.2} cm");
+    assert!((40..60).contains(&measured) && worst < 1.0, "{measured} measured, {worst:.2} cm");
     for samples in [1, 18, 40, usize::MAX] {
         let resumed =
             record_under(&mut periodic(), &greenhouse, &clicks, broken.path(), 60, samples);
