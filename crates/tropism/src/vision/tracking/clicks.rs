@@ -204,7 +204,12 @@ impl LivePoint {
         }
         let at = self.point.clone()?.follow(picture)?;
         let alone = FollowedPlace { at, confidence: ONE_SIDED.min(UNCONFIRMED * self.confidence) };
-        let place = alone.confirmed_by(detected, tolerance(at.distance(self.root)));
+        let tolerance = tolerance(at.distance(self.root));
+        // Flow drifts from photograph to photograph, detection does not: where both agree the point begins anew.
+        let place = match detected.filter(|detected| detected.distance(at) <= tolerance) {
+            Some(at) => FollowedPlace { at, confidence: AGREED },
+            None => alone.confirmed_by(detected, tolerance),
+        };
         (place.confidence >= LEAST_CONFIDENCE).then_some(place)
     }
 
