@@ -225,8 +225,7 @@ fn a_clicked_tip_is_followed_and_resumed_to_the_same_bits() {
     let (measured, worst) = (off.clone().count(), off.fold(0.0, f64::max));
     assert!((40..60).contains(&measured) && worst < 1.0, "{measured} measured, {worst:.2} cm");
     for samples in [1, 18, 40, usize::MAX] {
-        let resumed =
-            record_under(&mut periodic(), &greenhouse, &clicks, broken.path(), 60, samples);
+        let resumed = record_under(&mut periodic(), &greenhouse, &clicks, broken.path(), 60, samples);
         assert!(samples < 60 || (resumed.0, resumed.1) == (track.clone(), truth.clone()));
     }
 }

@@ -32,6 +32,7 @@ const UNCONFIRMED: f64 = 0.995;
 pub const LEAST_CONFIDENCE: f64 = 0.5;
 
 /// A click on a point of the plant.
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Click {
@@ -265,7 +266,7 @@ mod tests {
             9 => Some(Arc::clone(&black)),
             _ => Some(spot(truth(frame.saturating_sub(1)))),
         };
-        let detected = |frame: usize| (frame > 0 && frame % 5 == 0).then(|| truth(frame - 1));
+        let detected = |frame: usize| (frame > 0 && frame.is_multiple_of(5)).then(|| truth(frame - 1));
         let mut whole = point();
         let places: Vec<_> =
             (0..FRAMES).map(|frame| whole.next(frame, picture(frame).as_ref(), detected(frame))).collect();
@@ -280,16 +281,17 @@ mod tests {
             let mut resumed = point();
             // Only the latest photograph with the point is read again.
             let latest = (0..stop).rev().find(|&frame| places[frame].is_some());
-            for frame in 0..stop {
-                let picture = picture(frame).filter(|_| Some(frame) == latest);
-                resumed.resume(frame, picture.as_ref(), places[frame]);
-            }
-            for frame in stop..FRAMES {
-                assert_eq!(
-                    resumed.next(frame, picture(frame).as_ref(), detected(frame)),
-                    places[frame],
-                    "{stop}"
-                );
+            for (frame, &place) in places.iter().enumerate() {
+                if frame < stop {
+                    let picture = picture(frame).filter(|_| Some(frame) == latest);
+                    resumed.resume(frame, picture.as_ref(), place);
+                } else {
+                    assert_eq!(
+                        resumed.next(frame, picture(frame).as_ref(), detected(frame)),
+                        place,
+                        "{stop}"
+                    );
+                }
             }
         }
     }
