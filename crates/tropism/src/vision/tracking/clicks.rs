@@ -28,6 +28,10 @@ const HALF_LIFE: f64 = 150.0;
 /// photographs it is 0.5, as with [`HALF_LIFE`].
 const UNCONFIRMED: f64 = 0.995;
 
+/// Tolerances by which a point of a run may move from photograph to photograph where nothing confirms the flow. Chosen: two
+/// witnesses so far apart do not agree. What flies past the tip may take the flow with it across the picture.
+const MOST_MOTION: f64 = 3.0;
+
 /// Confidence from which on a place is an answer.
 pub const LEAST_CONFIDENCE: f64 = 0.5;
 
@@ -203,13 +207,22 @@ impl LivePoint {
         if let Some(click) = self.clicks.iter().filter(is_next).max_by_key(|click| click.frame) {
             return Some(FollowedPlace { at: click.at, confidence: 1.0 });
         }
-        let at = self.point.clone()?.follow(picture)?;
-        let alone = FollowedPlace { at, confidence: ONE_SIDED.min(UNCONFIRMED * self.confidence) };
-        let tolerance = tolerance(at.distance(self.root));
-        // Flow drifts from photograph to photograph, detection does not: where both agree the point begins anew.
-        let place = match detected.filter(|detected| detected.distance(at) <= tolerance) {
-            Some(at) => FollowedPlace { at, confidence: AGREED },
-            None => alone.confirmed_by(detected, tolerance),
+        let mut point = self.point.clone()?;
+        let before = point.at();
+        let followed = point.follow(picture);
+        let tolerance = tolerance(before.distance(self.root));
+        let photographs = (frame + 1 - self.next_click) as f64;
+        let is_near = |at: &Pixel| at.distance(before) <= MOST_MOTION * tolerance * photographs;
+        let alone = ONE_SIDED.min(UNCONFIRMED * self.confidence);
+        let agreed = followed.zip(detected).map_or(0.0, |(at, detected)| agreement(at, detected, tolerance));
+        let place = match detected {
+            // Flow drifts from photograph to photograph, detection does not: where both agree the point begins anew.
+            Some(at) if agreed > 0.0 => FollowedPlace { at, confidence: alone.max(agreed) },
+            // Where the flow is lost, detection goes on near the latest place.
+            _ => FollowedPlace {
+                at: followed.filter(is_near).or(detected.filter(is_near))?,
+                confidence: alone,
+            },
         };
         (place.confidence >= LEAST_CONFIDENCE).then_some(place)
     }
@@ -294,6 +307,20 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_leap_is_believed_by_two_witnesses_and_a_step_by_one() {
+        let (from, to) = (Pixel::new(60.0, 60.0), Pixel::new(78.0, 60.0));
+        let next = |detected| {
+            let mut point = LivePoint::new(vec![Click { frame: 0, at: from }], Pixel::new(60.0, 118.0));
+            assert!(point.next(0, Some(&spot(from)), None).is_some());
+            point.next(1, Some(&spot(to)), detected)
+        };
+        assert_eq!(next(None), None);
+        assert_eq!(next(Some(to)), Some(FollowedPlace { at: to, confidence: AGREED }));
+        let near = Pixel::new(64.0, 58.0);
+        assert_eq!(next(Some(near)), Some(FollowedPlace { at: near, confidence: ONE_SIDED }));
     }
 
     #[test]

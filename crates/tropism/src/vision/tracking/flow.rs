@@ -252,6 +252,12 @@ impl FollowedPoint {
         Self { source, at, height_px }
     }
 
+    /// Where it is in the latest picture that showed it.
+    #[must_use]
+    pub const fn at(&self) -> Pixel {
+        self.at
+    }
+
     /// Follows the point into the next picture; `None` where it is lost. It is then looked for from the latest picture that
     /// showed it on, so that a black picture or a title ends nothing.
     pub fn follow(&mut self, next: &Arc<Pyramid>) -> Option<Pixel> {
