@@ -222,8 +222,9 @@ fn a_clicked_tip_is_followed_and_resumed_to_the_same_bits() {
     let is_measured = |sample: &&(&Sample, &Point)| sample.0.quality == Quality::Measured;
     let pairs: Vec<_> = track.samples.iter().zip(&truth).collect();
     let off = pairs.iter().filter(is_measured).map(|(sample, top)| sample.tip.distance(**top));
-    let (measured, worst) = (off.clone().count(), off.fold(0.0, f64::max));
-    assert!((40..60).contains(&measured) && worst < 1.0, "{measured} measured, {worst:.2} cm");
+    // What flies past the tip takes the flow along for a photograph.
+    let (measured, right) = (off.clone().count(), off.filter(|off| *off < 0.3).count());
+    assert!((40..60).contains(&measured) && 10 * right >= 9 * measured, "{right} of {measured} are right");
     for samples in [1, 18, 40, usize::MAX] {
         let resumed = record_under(&mut periodic(), &greenhouse, &clicks, broken.path(), 60, samples);
         assert!(samples < 60 || (resumed.0, resumed.1) == (track.clone(), truth.clone()));
