@@ -125,9 +125,11 @@ impl ClickedPlant {
                 ![FrameStatus::Corrupt, FrameStatus::Foreign, FrameStatus::Repeated].contains(&status)
             }
         };
-        let witness = detected.ok().map(|detection| detection.tip);
-        let tip = self.tip[index].filter(|_| is_seen);
-        let tip = tip.map(|place| place.confirmed_by(witness, self.tolerance));
+        let witness = |place: FollowedPlace| {
+            let agreed = detected.map_or(0.0, |one| agreement(one.tip, place.at, self.tolerance));
+            FollowedPlace { confidence: place.confidence.max(agreed), ..place }
+        };
+        let tip = self.tip[index].filter(|_| is_seen).map(witness);
         let confidence = tip.map_or(0.0, |tip| tip.confidence);
         let Some(tip) = tip.filter(|tip| tip.confidence >= LEAST_CONFIDENCE) else {
             let status =

@@ -239,7 +239,7 @@ impl TipTracker {
             let place = place.map(|at| FollowedPlace { at, confidence: tracked.confidence });
             // Photographs that are not wanted any more have no bytes.
             let picture = place.and_then(|_| frame.picture().ok()).map(pyramid);
-            clicked.resume(index, picture.as_ref(), place);
+            clicked.record(index, picture.as_ref(), place);
         }
         self.replay.push((frame, tracked.clone()));
         self.tip = tracked.observation.as_ref().map(|observation| observation.tip);

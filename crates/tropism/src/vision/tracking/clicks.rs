@@ -67,16 +67,6 @@ pub struct FollowedPlace {
     pub confidence: f64,
 }
 
-impl FollowedPlace {
-    /// The same place, confirmed by what the usual detection takes for the tip if that is there, too. `tolerance` is the
-    /// distance up to which a place counts as right.
-    #[must_use]
-    pub fn confirmed_by(self, detected: Option<Pixel>, tolerance: f64) -> Self {
-        let agreed = detected.map_or(0.0, |detected| agreement(detected, self.at, tolerance));
-        Self { confidence: self.confidence.max(agreed), ..self }
-    }
-}
-
 /// Distance up to which a place counts as right on a plant of a height in pixels.
 #[must_use]
 pub fn tolerance(height_px: f64) -> f64 {
@@ -162,7 +152,7 @@ pub fn blend(
 /// A clicked point in photographs that are tracked as they are taken.
 ///
 /// All that the next place depends on is the latest photograph that showed the point, its place and its confidence there, so an
-/// interrupted run goes on with the same bits: see [`LivePoint::resume`].
+/// interrupted run goes on with the same bits: see [`LivePoint::record`].
 #[derive(Clone, Debug)]
 pub struct LivePoint {
     clicks: Vec<Click>,
@@ -195,12 +185,6 @@ impl LivePoint {
         place
     }
 
-    /// Takes in photograph `frame` of an interrupted run, which showed the point at `place` then. `picture` is wanted for the
-    /// latest one that showed it.
-    pub fn resume(&mut self, frame: usize, picture: Option<&Arc<Pyramid>>, place: Option<FollowedPlace>) {
-        self.record(frame, picture, place);
-    }
-
     fn place(&self, frame: usize, picture: &Arc<Pyramid>, detected: Option<Pixel>) -> Option<FollowedPlace> {
         // If the photograph that was to be clicked failed, the next one stands for it.
         let is_next = |click: &&Click| (self.next_click..=frame).contains(&click.frame);
@@ -227,7 +211,9 @@ impl LivePoint {
         (place.confidence >= LEAST_CONFIDENCE).then_some(place)
     }
 
-    fn record(&mut self, frame: usize, picture: Option<&Arc<Pyramid>>, place: Option<FollowedPlace>) {
+    /// Takes in photograph `frame`, which showed the point at `place`; of an interrupted run, too, of which `picture` is wanted for
+    /// the latest photograph that showed it.
+    pub fn record(&mut self, frame: usize, picture: Option<&Arc<Pyramid>>, place: Option<FollowedPlace>) {
         let Some(place) = place else {
             self.confidence *= UNCONFIRMED;
             return;
@@ -297,7 +283,7 @@ mod tests {
             for (frame, &place) in places.iter().enumerate() {
                 if frame < stop {
                     let picture = picture(frame).filter(|_| Some(frame) == latest);
-                    resumed.resume(frame, picture.as_ref(), place);
+                    resumed.record(frame, picture.as_ref(), place);
                 } else {
                     assert_eq!(
                         resumed.next(frame, picture(frame).as_ref(), detected(frame)),
