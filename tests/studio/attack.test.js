@@ -3,8 +3,8 @@ import assert from "node:assert/strict";
 import fs from "node:fs";
 import net from "node:net";
 import path from "node:path";
-import { after, test } from "node:test";
-import { close, folder, journal, page, realRun, studio, until } from "./helpers.js";
+import { after } from "node:test";
+import { close, folder, journal, page, realRun, studio, test, until } from "./helpers.js";
 
 const SECONDS = 1.2;
 /** Steps that the attack lasts at least. */

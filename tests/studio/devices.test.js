@@ -3,8 +3,8 @@ import assert from "node:assert/strict";
 import fs from "node:fs";
 import http from "node:http";
 import path from "node:path";
-import { after, test } from "node:test";
-import { close, folder, page, run, start, studio, until } from "./helpers.js";
+import { after } from "node:test";
+import { close, folder, page, run, start, studio, test, until } from "./helpers.js";
 
 after(close);
 

@@ -5,8 +5,8 @@ import fs from "node:fs";
 import http from "node:http";
 import net from "node:net";
 import path from "node:path";
-import { after, test } from "node:test";
-import { certificate, close, folder, page, photographs, start, studio, until } from "./helpers.js";
+import { after } from "node:test";
+import { certificate, close, folder, page, photographs, start, studio, test, until } from "./helpers.js";
 
 const NGINX = ["/usr/sbin/nginx", "/usr/bin/nginx"].find((file) => fs.existsSync(file));
 

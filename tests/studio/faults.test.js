@@ -4,8 +4,8 @@ import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import fs from "node:fs";
 import path from "node:path";
-import { after, test } from "node:test";
-import { BROWSERS, close, folder, network, photographs, run, start, studio, tab, until, visitor } from "./helpers.js";
+import { after } from "node:test";
+import { BROWSERS, close, folder, network, photographs, run, start, studio, tab, test, until, visitor } from "./helpers.js";
 
 after(close);
 

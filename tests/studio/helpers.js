@@ -5,6 +5,7 @@ import fs from "node:fs";
 import net from "node:net";
 import os from "node:os";
 import path from "node:path";
+import * as node from "node:test";
 import { chromium, firefox } from "playwright-core";
 
 export const PROGRAM = path.resolve(process.env.TROPISM ?? "../../target/debug/tropism");
@@ -18,6 +19,15 @@ export const BROWSERS = Object.entries({ chromium: CHROMIUM, firefox: FIREFOX })
   .filter(([, file]) => fs.existsSync(file))
   .map(([name]) => name);
 
+/** A test that fails by name where a browser or a program answers no more, instead of stopping all that follow. */
+export const test = (name, does) => node.test(name, { timeout: 600_000 }, does);
+
+/** `done`, or an error after `seconds`. */
+function within(seconds, done, what) {
+  const late = new Promise((_, fail) => setTimeout(() => fail(new Error(`waited ${seconds} s in vain: ${what}`)), seconds * 1000).unref());
+  return Promise.race([done, late]);
+}
+
 /** The programs that run in folders of tests. */
 const running = new Set();
 
@@ -29,7 +39,7 @@ function atEnd(t, end) {
     ends.set(t, []);
     t.after(async () => {
       const problems = [];
-      for (const end of ends.get(t).reverse()) await Promise.resolve().then(end).catch((problem) => problems.push(problem));
+      for (const end of ends.get(t).reverse()) await within(30, Promise.resolve().then(end), `the end of ${t.name}`).catch((problem) => problems.push(problem));
       if (problems.length) throw problems[0];
     });
   }
@@ -132,7 +142,7 @@ export async function tab(context, address) {
 /** A page at `address` in a browser of its own. */
 export const page = async (t, address, options = {}) => tab(await visitor(t, options), address);
 export const close = async () => {
-  for (const browser of Object.values(browsers)) await (await browser).close();
+  for (const browser of Object.values(browsers)) await within(30, (await browser).close(), "a browser closes");
 };
 
 /** A network between browser and studio: it counts requests, and is cut, or falls silent and comes back. */

@@ -4,8 +4,8 @@ import fs from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
 import { pathToFileURL } from "node:url";
-import { after, test } from "node:test";
-import { close, folder, page, run } from "./helpers.js";
+import { after } from "node:test";
+import { close, folder, page, run, test } from "./helpers.js";
 
 const AXE = fs.readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 

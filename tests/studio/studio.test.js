@@ -3,8 +3,8 @@ import assert from "node:assert/strict";
 import fs from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
-import { after, test } from "node:test";
-import { close, folder, network, page, photographs, run, start, studio, until } from "./helpers.js";
+import { after } from "node:test";
+import { close, folder, network, page, photographs, run, start, studio, test, until } from "./helpers.js";
 
 const AXE = fs.readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const PHONE = { viewport: { width: 360, height: 780 }, hasTouch: true, isMobile: true };

@@ -2,8 +2,8 @@
 import assert from "node:assert/strict";
 import fs from "node:fs";
 import path from "node:path";
-import { after, test } from "node:test";
-import { close, folder, page, run, studio, until } from "./helpers.js";
+import { after } from "node:test";
+import { close, folder, page, run, studio, test, until } from "./helpers.js";
 
 after(close);
 

@@ -6,9 +6,9 @@ import http from "node:http";
 import os from "node:os";
 import { createRequire } from "node:module";
 import path from "node:path";
-import { after, test } from "node:test";
+import { after } from "node:test";
 import { pathToFileURL } from "node:url";
-import { close, page, until } from "../studio/helpers.js";
+import { close, page, test, until } from "../studio/helpers.js";
 
 const OUT = process.env.TROPISM_WEB;
 const FILE = pathToFileURL(path.join(OUT, "tropism.html")).href;
