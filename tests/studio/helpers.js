@@ -122,7 +122,11 @@ export async function visitor(t, options = {}, name = BROWSER) {
   const context = await (await browsers[name]).newContext({ viewport: { width: 1280, height: 900 }, ...own });
   context.problems = [];
   atEnd(t, async () => {
-    await context.close();
+    // A Chromium under load now and then never answers that many tabs are closed. Nothing of ours depends on it.
+    await within(20, context.close(), "tabs close").catch(({ message }) => {
+      t.diagnostic(`${message}: the next test starts another browser`);
+      delete browsers[name];
+    });
     if (context.problems.length) throw new Error(context.problems.join("\n"));
   });
   return context;
@@ -142,7 +146,7 @@ export async function tab(context, address) {
 /** A page at `address` in a browser of its own. */
 export const page = async (t, address, options = {}) => tab(await visitor(t, options), address);
 export const close = async () => {
-  for (const browser of Object.values(browsers)) await within(30, (await browser).close(), "a browser closes");
+  for (const browser of Object.values(browsers)) await within(20, (await browser).close(), "a browser closes").catch(() => {});
 };
 
 /** A network between browser and studio: it counts requests, and is cut, or falls silent and comes back. */
