@@ -86,7 +86,7 @@ fn visible_command() -> clap::Command {
 }
 
 /// The version with the commit that was built, and the instruction set that simulations use on this processor.
-fn version() -> String {
+pub(crate) fn version() -> String {
     let commit = match env!("TROPISM_COMMIT") {
         "" => "not built from a commit".to_owned(),
         commit => format!("commit {commit}"),

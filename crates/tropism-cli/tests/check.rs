@@ -278,3 +278,26 @@ fn a_camera_that_answers_only_at_the_second_try_is_told() {
     assert_eq!(lines.iter().filter(|line| line.contains("came only at")).count(), 1, "{lines:#?}");
     assert_eq!(code, 0);
 }
+
+#[test]
+fn a_report_holds_what_a_maintainer_needs_and_no_secrets() {
+    let folder = tempfile::tempdir().unwrap();
+    tent(folder.path());
+    change(
+        folder.path(),
+        "rig.toml",
+        "[lamps]\n",
+        "[[alert]]\ndriver = \"ntfy\"\nurl = \"https://ntfy.example/my-topic\"\n[lamps]\n",
+    );
+    let words = ["run", "--rig", "greenhouse", "--controller", "greedy", "--steps", "4", "--out", "bean"];
+    let ran =
+        Command::new(env!("CARGO_BIN_EXE_tropism")).current_dir(folder.path()).args(words).output().unwrap();
+    assert!(ran.status.success());
+    let (code, lines) = check(folder.path(), &["--dry", "--report", "problem.md", "--run", "bean"]);
+    assert_eq!(code, 0, "{lines:#?}");
+    let report = fs::read_to_string(folder.path().join("problem.md")).unwrap();
+    for wanted in ["- tropism 0.", std::env::consts::ARCH, "- pass, settings:", "[lamps.left]", "4 steps"] {
+        assert!(report.contains(wanted), "{wanted}: {report}");
+    }
+    assert!(report.contains("https://ntfy.example/***") && !report.contains("my-topic"), "{report}");
+}

@@ -137,7 +137,8 @@ pub fn shown(text: &str) -> String {
 }
 
 /// `text` with the [`host_alone()`] of each address in it.
-pub(crate) fn hosts_alone(text: &str) -> Cow<'_, str> {
+#[must_use]
+pub fn hosts_alone(text: &str) -> Cow<'_, str> {
     with_urls(text, host_alone)
 }
 

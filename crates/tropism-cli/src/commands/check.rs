@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use tropism_lab::check::{CheckPlan, CheckResults, Finding, Group, Rehearsal, Verdict};
+use tropism_lab::check::{CheckPlan, CheckResults, Finding, Group, ProblemReport, Rehearsal, Verdict};
 use tropism_lab::units::plural;
 
 use crate::progress::execute;
@@ -20,7 +20,8 @@ use crate::shell::Shell;
     tropism check rigs/wled-ipcam.toml\n  \
     tropism check rig.toml --only camera,flash\n  \
     tropism check rig.toml --rehearse --data /media/ssd\n  \
-    tropism check rig.toml --json > commissioning.json")]
+    tropism check rig.toml --json > commissioning.json\n  \
+    tropism check rig.toml --dry --report problem.md --run bean")]
 pub(crate) struct Check {
     /// Rig file
     #[arg(value_name = "RIG.toml")]
@@ -45,6 +46,14 @@ pub(crate) struct Check {
     /// New folder for the photographs that were taken
     #[arg(long = "out", value_name = "DIR")]
     photographs: Option<PathBuf>,
+
+    /// New file with all that a maintainer needs to know: version, system, findings, rig file without secrets
+    #[arg(long, value_name = "FILE.md")]
+    report: Option<PathBuf>,
+
+    /// Folder of a run whose last events the report lists
+    #[arg(long, value_name = "DIR", requires = "report")]
+    run: Option<PathBuf>,
 }
 
 /// The groups of a check, and their help.
@@ -84,6 +93,7 @@ impl Check {
             rehearsal,
             data: self.data,
             photographs: self.photographs,
+            report: self.report.map(|path| ProblemReport { path, version: crate::version(), run: self.run }),
         };
         let results = execute(&plan, shell)?;
         shell.result(&text(&results), &results)?;

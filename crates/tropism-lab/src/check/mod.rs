@@ -8,6 +8,7 @@ mod shot;
 mod judgement;
 mod devices;
 mod rehearsal;
+mod report;
 mod settings;
 mod system;
 
@@ -22,6 +23,7 @@ use crate::monitor::Monitor;
 use crate::run::{read_rig, rig_faults};
 use crate::workflow::Workflow;
 use devices::Devices;
+pub use report::ProblemReport;
 
 /// The rig to check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -44,6 +46,9 @@ pub struct CheckPlan {
     /// New folder in which the photographs are kept.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub photographs: Option<PathBuf>,
+    /// A report for a maintainer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub report: Option<ProblemReport>,
 }
 
 fn here() -> PathBuf {
@@ -114,6 +119,18 @@ pub enum Verdict {
     Fail,
 }
 
+impl Verdict {
+    /// Its name, as in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Warn => "warn",
+            Self::Fail => "fail",
+        }
+    }
+}
+
 /// One finding.
 #[derive(Clone, Debug, Serialize)]
 pub struct Finding {
@@ -181,6 +198,7 @@ impl Workflow for CheckPlan {
     const SCHEMA: &'static str = "tropism.check/1";
 
     fn check(&self) -> Result<(), Error> {
+        self.report.as_ref().map_or(Ok(()), ProblemReport::check)?;
         let Some(Rehearsal { steps, .. }) = self.rehearsal else { return Ok(()) };
         if self.dry {
             return Err(Error::Plan("found `dry` beside `rehearsal`, wanted one of them".to_owned()));
@@ -212,7 +230,7 @@ impl Workflow for CheckPlan {
         }
         let [pass, warn, fail] =
             [Verdict::Pass, Verdict::Warn, Verdict::Fail].map(|verdict| findings.count(verdict));
-        Ok(CheckResults {
+        let results = CheckResults {
             rig: self.rig.clone(),
             is_virtual,
             version: env!("CARGO_PKG_VERSION"),
@@ -221,7 +239,11 @@ impl Workflow for CheckPlan {
             warn,
             fail,
             findings: findings.0,
-        })
+        };
+        if let Some(report) = &self.report {
+            report.write(&results)?;
+        }
+        Ok(results)
     }
 }
 

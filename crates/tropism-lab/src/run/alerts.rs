@@ -4,9 +4,10 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::rc::Rc;
 
-use tropism::rig::{Event, HealthProblem, RunMonitor};
+use tropism::lamps::Layout;
+use tropism::rig::{Event, HealthProblem, RunMonitor, photo_name};
 use tropism::track::Sample;
-use tropism_rig::alert::{self, AlertEvent, Kind};
+use tropism_rig::alert::{self, AlertEvent, Kind, Seen};
 use tropism_rig::file::RigFile;
 use tropism_rig::host::Host;
 
@@ -25,10 +26,18 @@ impl Alerts {
         rig.open_alerts(&name).map(Self).map_err(Error::at("alerts"))
     }
 
-    /// Tells of a step, for heartbeats and the status at a broker.
-    pub(super) fn step(&self, sample: &Sample) {
+    /// Tells of a step of the run in the folder `out`, for heartbeats and the status at a broker.
+    pub(super) fn step(&self, sample: &Sample, layout: &Layout, period_min: f64, out: &Path) {
         let text = format!("tip at {:.1}, {:.1} cm", sample.tip.x, sample.tip.y);
-        self.0.send(&AlertEvent::now(Kind::Step, Some(sample.step), &*text));
+        let mut event = AlertEvent::now(Kind::Step, Some(sample.step), &*text);
+        event.seen = Some(Seen {
+            tip_x_cm: sample.tip.x,
+            tip_y_cm: sample.tip.y,
+            lamp: sample.lighting().word(layout),
+            next_unix_s: event.unix_s + 60.0 * period_min,
+            photograph: out.join("photographs").join(photo_name(sample.step)),
+        });
+        self.0.send(&event);
     }
 
     /// Tells of an error that ends the run.
@@ -50,6 +59,10 @@ pub(super) struct AlertMonitor<'a>(pub(super) &'a Alerts);
 impl RunMonitor for AlertMonitor<'_> {
     fn event(&mut self, event: &Event) {
         self.0.0.send(&AlertEvent::now(event.kind, Some(event.step), &*event.text));
+    }
+
+    fn heartbeat(&mut self) -> ControlFlow<()> {
+        if self.0.0.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 

@@ -157,12 +157,13 @@ impl RunPlan {
     ) -> Result<Track, Error> {
         let (rig, out) = (&self.config.rig, &*self.out);
         let mut is_over = true;
+        let layout = recorder.layout().clone();
         let mut watch = |sample: &Sample| {
             if let Some(pace) = &mut pace {
                 pace.wait_for(sample.step);
             }
             monitor.advance(1);
-            alerts.step(sample);
+            alerts.step(sample, &layout, rig.period_min, out);
             monitor.sample(sample);
             let may_go_on = monitor.may_go_on();
             is_over &= may_go_on || sample.is_dark();

@@ -1,6 +1,9 @@
-//! Alerts by MQTT: a retained status, each event, and a last will that says when the connection is lost.
+//! Alerts by MQTT: a retained status, each event, and a last will that says when the connection is lost; for Home Assistant
+//! photographs, an announcement, and a button that stops the run.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
@@ -10,7 +13,8 @@ use tropism::rig::EventKind;
 use tropism::rig::RigError;
 
 use super::channel::{Channel, Command};
-use super::{AlertEvent, Kind, MqttAlert};
+use super::discovery::{STOP, announcement};
+use super::{AlertEvent, Kind, MqttAlert, Seen};
 use crate::mqtt::Broker;
 
 /// How long the thread listens to the broker before it reads commands: chosen by hand.
@@ -22,14 +26,26 @@ const END_TIMEOUT: Duration = Duration::from_secs(5);
 /// Pause after a broken connection: chosen by hand.
 const RECONNECT_PAUSE: Duration = Duration::from_secs(5);
 
-/// Starts the thread that publishes to `broker`.
-pub(super) fn start(broker: &Broker, alert: &MqttAlert, run: &str) -> Result<Channel, RigError> {
+/// Largest photograph that is sent, in bytes: chosen, more than a JPEG of 50 megapixels has.
+const MOST_BYTES: usize = 32 << 20;
+
+/// Starts the thread that publishes to `broker`. It sets `is_stopped` when somebody asks for an end of the run.
+pub(super) fn start(
+    broker: &Broker,
+    alert: &MqttAlert,
+    run: &str,
+    is_stopped: Arc<AtomicBool>,
+) -> Result<Channel, RigError> {
     let publisher = Publisher {
         broker: broker.opened()?,
         alert: alert.clone(),
         run: run.to_owned(),
         status: json!({"schema": "tropism.status/1", "run": run, "state": "running"}),
         is_status_new: true,
+        seen: None,
+        is_photograph_new: false,
+        is_announced: false,
+        is_stopped,
         queue: VecDeque::new(),
     };
     // Every kind of event updates the status.
@@ -43,6 +59,12 @@ struct Publisher {
     /// The retained status.
     status: Value,
     is_status_new: bool,
+    /// The latest step.
+    seen: Option<Seen>,
+    is_photograph_new: bool,
+    /// Whether the run was announced on this connection.
+    is_announced: bool,
+    is_stopped: Arc<AtomicBool>,
     /// Events that are not yet acknowledged.
     queue: VecDeque<AlertEvent>,
 }
@@ -58,6 +80,20 @@ impl Publisher {
         format!("{}/{name}", self.alert.topic)
     }
 
+    /// The announcement, once on each connection.
+    fn announcement(&mut self) -> Option<(String, String)> {
+        let is_new = !std::mem::replace(&mut self.is_announced, true);
+        let (topic, text) = announcement(&self.alert, &self.run).filter(|_| is_new)?;
+        Some((topic, text.to_string()))
+    }
+
+    /// The latest photograph, once. One that cannot be read is not sent: the run itself says what is wrong with its disk.
+    fn photograph(&mut self) -> Option<Vec<u8>> {
+        let seen = self.seen.as_ref().filter(|_| std::mem::take(&mut self.is_photograph_new))?;
+        // The topic and the header of the packet take some bytes.
+        std::fs::read(&seen.photograph).ok().filter(|bytes| bytes.len() < MOST_BYTES - 4096)
+    }
+
     /// Publishes until the end. Each reconnection uses a new client, and repeats only what was not acknowledged.
     fn run(mut self, commands: &Receiver<Command>) -> Option<String> {
         let mut end = None;
@@ -69,6 +105,7 @@ impl Publisher {
                 Disconnect::Lost(_) => {}
             }
             self.is_status_new = true;
+            self.is_announced = false;
             let reconnect_at = Instant::now() + RECONNECT_PAUSE;
             while Instant::now() < reconnect_at && end.is_none() {
                 std::thread::sleep(LISTEN);
@@ -82,6 +119,7 @@ impl Publisher {
         let will = json!({"schema": "tropism.status/1", "run": self.run, "state": "lost"}).to_string();
         self.broker.connect(name, 16, |options| {
             options.set_keep_alive(15);
+            options.set_max_packet_size(MOST_BYTES, MOST_BYTES);
             options.set_last_will(LastWill::new(self.topic("status"), will, QoS::AtLeastOnce, true));
         })
     }
@@ -91,6 +129,10 @@ impl Publisher {
         loop {
             match commands.try_recv() {
                 Ok(Command::Send(event)) => {
+                    if let Some(seen) = &event.seen {
+                        self.is_photograph_new = self.alert.discovery.is_some();
+                        self.seen = Some(seen.clone());
+                    }
                     let mut status = event.json(&self.run);
                     status["schema"] = "tropism.status/1".into();
                     status["state"] = match event.kind {
@@ -102,6 +144,9 @@ impl Publisher {
                         _ => "running",
                     }
                     .into();
+                    if let Some(Value::Object(seen)) = self.seen.as_ref().map(|seen| json!(seen)) {
+                        status.as_object_mut().expect("an object").extend(seen);
+                    }
                     self.status = status;
                     self.is_status_new = true;
                     if event.kind == Kind::Test || self.alert.on.contains(&event.kind) {
@@ -129,7 +174,20 @@ impl Publisher {
         let mut in_flight: Option<bool> = None;
         loop {
             match connection.recv_timeout(LISTEN) {
-                Ok(Ok(Event::Incoming(Packet::ConnAck(_)))) => is_connected = true,
+                Ok(Ok(Event::Incoming(Packet::ConnAck(_)))) => {
+                    is_connected = true;
+                    if self.alert.discovery.is_some()
+                        && let Err(error) = client.try_subscribe(self.topic("command"), QoS::AtLeastOnce)
+                    {
+                        return Disconnect::Lost(error.to_string());
+                    }
+                }
+                // What the broker had kept is no order of now.
+                Ok(Ok(Event::Incoming(Packet::Publish(order)))) if !order.retain => {
+                    if order.payload.trim_ascii() == STOP.as_bytes() {
+                        self.is_stopped.store(true, Ordering::SeqCst);
+                    }
+                }
                 Ok(Ok(Event::Incoming(Packet::PubAck(_)))) => {
                     if in_flight.take() == Some(true) {
                         self.queue.pop_front();
@@ -148,13 +206,19 @@ impl Publisher {
             if !is_connected || in_flight.is_some() {
                 continue;
             }
-            let sent = if let Some(event) = self.queue.front() {
+            let sent = if let Some((topic, text)) = self.announcement() {
+                in_flight = Some(false);
+                client.try_publish(topic, QoS::AtLeastOnce, true, text)
+            } else if let Some(event) = self.queue.front() {
                 in_flight = Some(true);
                 let text = event.json(&self.run).to_string();
                 client.try_publish(self.topic("event"), QoS::AtLeastOnce, false, text)
             } else if std::mem::take(&mut self.is_status_new) {
                 in_flight = Some(false);
                 client.try_publish(self.topic("status"), QoS::AtLeastOnce, true, self.status.to_string())
+            } else if let Some(photograph) = self.photograph() {
+                in_flight = Some(false);
+                client.try_publish(self.topic("photograph"), QoS::AtLeastOnce, true, photograph)
             } else if end.is_some() {
                 // A regular disconnect, so that the broker does not publish the last will.
                 let _ = client.try_disconnect();

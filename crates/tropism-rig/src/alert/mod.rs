@@ -10,9 +10,12 @@
 
 mod channel;
 mod broker;
+mod discovery;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
@@ -117,13 +120,31 @@ pub struct AlertEvent {
     pub text: String,
     /// Time, in seconds since 1970.
     pub unix_s: f64,
+    /// What is known of the plant, if a step is complete.
+    pub seen: Option<Seen>,
+}
+
+/// A plant and its light at a step, for who watches it from afar.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Seen {
+    /// The tip, in cm to the right of the root.
+    pub tip_x_cm: f64,
+    /// The tip, in cm above the soil.
+    pub tip_y_cm: f64,
+    /// The lamps that are lit, by their names.
+    pub lamp: String,
+    /// When the next photograph is due, in seconds since 1970.
+    pub next_unix_s: f64,
+    /// File of the photograph.
+    #[serde(skip)]
+    pub photograph: PathBuf,
 }
 
 impl AlertEvent {
     /// An event at the present time.
     #[must_use]
     pub fn now(kind: impl Into<Kind>, step: Option<u32>, text: impl Into<String>) -> Self {
-        Self { kind: kind.into(), step, text: text.into(), unix_s: SystemTimes.unix_s() }
+        Self { kind: kind.into(), step, text: text.into(), unix_s: SystemTimes.unix_s(), seen: None }
     }
 
     /// The description as others may read it: without secrets of addresses and controls of terminals.
@@ -188,13 +209,17 @@ pub struct Heartbeat {
     pub timeout_s: Seconds,
 }
 
-/// Settings of a channel to the rig's broker: `TOPIC/status` is retained, `TOPIC/event` has each event.
+/// Settings of a channel to the rig's broker: `TOPIC/status` and `TOPIC/photograph` are retained, `TOPIC/event` has each event.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MqttAlert {
     /// Start of the topics, such as `tropism/bean`.
     pub topic: String,
+    /// First part of the topics by which Home Assistant discovers devices, `homeassistant` in most houses. With it the run
+    /// announces itself, sends its photographs, and a message `stop` in `TOPIC/command` ends it in order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub discovery: Option<String>,
     /// Kinds that are sent. If it is left out: [`Kind::is_default`].
     #[serde(default = "default_kinds")]
     pub on: Vec<Kind>,
@@ -246,9 +271,14 @@ impl Settings<'_> {
             | Self::Heartbeat(Heartbeat { url, url_file, .. }) => {
                 check_address(url.as_deref(), url_file.as_deref())
             }
-            Self::Mqtt(MqttAlert { topic, .. }) => {
-                if topic.is_empty() || topic.contains(['+', '#', '\0']) || topic.len() > 1000 {
-                    return Err(format!("found topic {topic:?}, wanted one without + and #"));
+            Self::Mqtt(MqttAlert { topic, discovery, .. }) => {
+                let is_topic = |topic: &str| {
+                    !topic.is_empty() && !topic.contains(['+', '#', '\0']) && topic.len() <= 1000
+                };
+                for (key, topic) in [("topic", Some(topic)), ("discovery", discovery.as_ref())] {
+                    if let Some(topic) = topic.filter(|topic| !is_topic(topic)) {
+                        return Err(format!("found {key} {topic:?}, wanted one without + and #"));
+                    }
                 }
                 Ok(())
             }
@@ -391,6 +421,8 @@ fn check_answer(answer: Result<ureq::http::Response<ureq::Body>, ureq::Error>) -
 #[derive(Debug, Default)]
 pub struct Alerts {
     channels: Vec<Channel>,
+    /// Whether somebody asked for an end through a channel.
+    is_stopped: Arc<AtomicBool>,
 }
 
 impl Alerts {
@@ -404,6 +436,7 @@ impl Alerts {
         broker: Option<&Broker>,
         run: &str,
     ) -> Result<Self, RigError> {
+        let is_stopped = Arc::new(AtomicBool::new(false));
         let open = |settings: Settings<'_>| {
             let (name, on) = (settings.name(), settings.on());
             match (settings.sender(run)?, settings) {
@@ -415,12 +448,18 @@ impl Alerts {
                     let broker = broker.ok_or_else(|| {
                         failed("alert (mqtt)", "found no [mqtt], wanted the host of the broker")
                     })?;
-                    broker::start(broker, alert, run)
+                    broker::start(broker, alert, run, Arc::clone(&is_stopped))
                 }
                 (None, _) => Err(failed(name, "found no sender, wanted one")),
             }
         };
-        Ok(Self { channels: settings.map(open).collect::<Result<_, _>>()? })
+        Ok(Self { channels: settings.map(open).collect::<Result<_, _>>()?, is_stopped })
+    }
+
+    /// Whether somebody asked for an end of the run through a channel.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.is_stopped.load(Ordering::SeqCst)
     }
 
     /// Passes `event` to all channels that send its kind. Returns at once.

@@ -224,15 +224,20 @@ type Heard = Arc<Mutex<Vec<(String, Value)>>>;
 fn listen(port: u16) -> (Heard, Arc<AtomicBool>) {
     let (heard, is_there) = (Heard::default(), Arc::new(AtomicBool::new(false)));
     let (log, there) = (Arc::clone(&heard), Arc::clone(&is_there));
-    let (client, mut connection) = Broker::new("127.0.0.1", port).connect("listener".to_owned(), 8, |_| {});
-    client.try_subscribe("tent/#", QoS::AtLeastOnce).unwrap();
+    let (client, mut connection) =
+        Broker::new("127.0.0.1", port).connect("listener".to_owned(), 8, |options| {
+            options.set_max_packet_size(1 << 20, 1 << 20);
+        });
+    client.try_subscribe("#", QoS::AtLeastOnce).unwrap();
     thread::spawn(move || {
         let _client = client;
         for event in connection.iter() {
             match event {
                 Ok(Event::Incoming(Packet::SubAck(_))) => there.store(true, Ordering::SeqCst),
                 Ok(Event::Incoming(Packet::Publish(message))) => {
-                    let said = serde_json::from_slice(&message.payload).unwrap();
+                    // A photograph is no JSON: its number of bytes stands for it.
+                    let said = serde_json::from_slice(&message.payload)
+                        .unwrap_or_else(|_| message.payload.len().into());
                     log.lock().unwrap().push((String::from_utf8_lossy(&message.topic).into_owned(), said));
                 }
                 Ok(_) => {}
@@ -277,4 +282,66 @@ fn a_broker_keeps_the_status_and_says_when_we_are_lost() {
     hear(&mut thief, |packet| matches!(packet, Packet::ConnAck(_)));
     wait_until(|| states().contains(&"lost".to_owned()));
     drop(alerts);
+}
+
+/// Checks an announcement by what Home Assistant demands of one: <https://www.home-assistant.io/integrations/mqtt/>.
+fn check_announcement(said: &Value) {
+    assert!(said["device"]["identifiers"][0].is_string() && said["device"]["name"].is_string(), "{said}");
+    assert!(said["origin"]["name"].is_string());
+    let mut ids = std::collections::BTreeSet::new();
+    for (key, component) in said["components"].as_object().unwrap() {
+        // What an entity of each platform cannot do without.
+        let wanted: &[&str] = match component["platform"].as_str().unwrap() {
+            "sensor" | "binary_sensor" => &["unique_id", "state_topic", "name", "value_template"],
+            "camera" => &["unique_id", "topic", "name"],
+            "button" => &["unique_id", "command_topic", "payload_press", "name"],
+            other => panic!("{key}: {other}"),
+        };
+        assert!(wanted.iter().all(|key| component[key].is_string()), "{key}: {component}");
+        assert!(ids.insert(component["unique_id"].to_string()), "{key}: its id is not its own");
+        // A unit without a class that has it would be refused.
+        assert!(
+            component["unit_of_measurement"].is_null() || component["device_class"] == "distance",
+            "{component}"
+        );
+    }
+    assert_eq!(ids.len(), 9);
+}
+
+#[test]
+fn a_run_announces_itself_shows_its_plant_and_is_stopped_by_a_button() {
+    let Some(mosquitto) = Mosquitto::start(None) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let photograph = folder.path().join("000004.jpg");
+    std::fs::write(&photograph, vec![0xff; 50_000]).unwrap();
+    let (heard, is_there) = listen(mosquitto.port);
+    wait_until(|| is_there.load(Ordering::SeqCst));
+    let of = |topic: &str| -> Option<Value> {
+        heard.lock().unwrap().iter().rev().find(|(other, _)| other == topic).map(|(_, said)| said.clone())
+    };
+    let broker = Broker::new("127.0.0.1", mosquitto.port);
+    // An order that the broker kept from a run before.
+    let order = |is_kept: bool| {
+        let (client, mut connection) = broker.connect("house".to_owned(), 8, |_| {});
+        client.try_publish("tent/a/command", QoS::AtLeastOnce, is_kept, "stop").unwrap();
+        hear(&mut connection, |packet| matches!(packet, Packet::PubAck(_)));
+    };
+    order(true);
+    let alerts = open("driver = \"mqtt\"\ntopic = \"tent/a\"\ndiscovery = \"homeassistant\"", Some(&broker));
+    let announced = "homeassistant/device/tropism_tent_a/config";
+    wait_until(|| of(announced).is_some());
+    check_announcement(&of(announced).unwrap());
+    let mut step = event(Kind::Step, 4);
+    step.seen =
+        Some(Seen { tip_x_cm: 1.25, tip_y_cm: 7.5, lamp: "left".to_owned(), next_unix_s: 300.0, photograph });
+    alerts.send(&step);
+    wait_until(|| of("tent/a/photograph").is_some_and(|said| said == 50_000));
+    alerts.send(&event(EventKind::Late, 4));
+    wait_until(|| of("tent/a/status").is_some_and(|status| status["kind"] == "late"));
+    let status = of("tent/a/status").unwrap();
+    assert_eq!((&status["tip_y_cm"], &status["lamp"]), (&Value::from(7.5), &Value::from("left")), "{status}");
+    assert!(!alerts.is_stopped(), "the order is of a run before");
+    order(false);
+    wait_until(|| alerts.is_stopped());
+    assert_eq!(alerts.close(), []);
 }

@@ -455,7 +455,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     }
 }
 
-fn photo_name(step: u32) -> String {
+/// File name of the photograph of a step, in the folder of a run.
+#[must_use]
+pub fn photo_name(step: u32) -> String {
     format!("{step:06}.jpg")
 }
 
