@@ -55,6 +55,32 @@ fn tipped_beans_are_measured_to_the_same_bits_on_any_number_of_threads() {
 }
 
 #[test]
+fn a_table_of_light_stands_for_the_lamps_of_a_track() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let grow = ["grow", "--plants", "1", "--steps", "60", "--controller", "periodic:1h", "--out", "lit"];
+    tropism(here, &grow).unwrap();
+    let track = fs::read_to_string(here.join("lit/plant-0001.csv")).unwrap();
+    assert!(track.contains(",left,") && track.contains(",right,"));
+    fs::create_dir(here.join("dark")).unwrap();
+    let without = track.replace(",left,", ",dark,").replace(",right,", ",dark,");
+    fs::write(here.join("dark/plant-0001.csv"), without).unwrap();
+    // Steps of five minutes: twelve an hour.
+    let word = |hour: usize| {
+        if track.lines().nth(1 + 12 * hour).unwrap().contains(",left,") { "left" } else { "right" }
+    };
+    let rows: String = (0..5).map(|hour| format!("{hour},{}\n", word(hour))).collect();
+    fs::write(here.join("light.csv"), format!("time_h,light\n{rows}")).unwrap();
+    let measure = |words: &[&str]| -> Value {
+        let all = [&["measure", "--check-plants", "0", "--json"], words].concat();
+        serde_json::from_str(&tropism(here, &all).unwrap()).unwrap()
+    };
+    let wanted = measure(&["lit", "--lamps"]);
+    assert_eq!(measure(&["dark", "--light", "light.csv"]), wanted);
+    assert_ne!(measure(&["dark", "--lamps"]), wanted);
+}
+
+#[test]
 fn groups_of_angles_are_compared() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();

@@ -43,6 +43,10 @@ pub(crate) struct Measure {
     #[arg(long)]
     lamps: bool,
 
+    /// The plants respond to the lamps of this table: time_h,light, hours from the first photograph on
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["tilt", "lamps", "demo"])]
+    light: Option<PathBuf>,
+
     /// Radius of the stems in the zone that bends, in cm: gives beta~
     #[arg(long, value_name = "CM")]
     radius: Option<f64>,
@@ -136,6 +140,7 @@ impl Measure {
             groups,
             tilt_deg: self.tilt,
             lamps: self.lamps,
+            light: self.light,
             radius_cm: self.radius,
             law: self.law,
             hours: self.hours,

@@ -9,6 +9,7 @@ mod demo;
 mod page;
 mod species_file;
 mod files_of;
+mod light_file;
 
 use std::path::PathBuf;
 
@@ -23,6 +24,7 @@ use tropism::observation::Quality;
 use tropism::parallel;
 
 use crate::{Error, Monitor, Workflow, files};
+use light_file::LightRecord;
 
 /// Most virtual plants of the self-check.
 const MAX_CHECK_PLANTS: u64 = 1000;
@@ -41,6 +43,10 @@ pub struct MeasurePlan {
     pub tilt_deg: Option<f64>,
     /// Whether the plants respond to the lamps of their tracks.
     pub lamps: bool,
+    /// A CSV file with the columns `time_h` and `light`, hours from the first photograph on: the plants respond to these lamps, and
+    /// not to those of their tracks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub light: Option<PathBuf>,
     /// Radius of the stems in the zone that bends, in cm: gives constants in growth units.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius_cm: Option<f64>,
@@ -69,6 +75,7 @@ impl Default for MeasurePlan {
             groups: Vec::new(),
             tilt_deg: None,
             lamps: false,
+            light: None,
             radius_cm: None,
             law: Law::default(),
             hours: None,
@@ -208,9 +215,9 @@ impl Workflow for MeasurePlan {
         if let Some(tilt) = self.tilt_deg.filter(|tilt| !(1.0..=180.0).contains(tilt)) {
             return Err(Error::Plan(format!("found `tilt_deg` {tilt}, wanted 1 to 180 degrees")));
         }
-        if self.tilt_deg.is_some() && self.lamps {
+        if self.tilt_deg.is_some() && (self.lamps || self.light.is_some()) {
             return Err(Error::Plan(
-                "`tilt_deg` and `lamps` cannot be measured together: tip the pots in the dark or in light from above".to_owned(),
+                "`tilt_deg` and lamps cannot be measured together: tip the pots in the dark or in light from above".to_owned(),
             ));
         }
         if let Some(radius) = self.radius_cm.filter(|radius| !(0.001..=10.0).contains(radius)) {
@@ -288,7 +295,7 @@ impl MeasurePlan {
         match self.tilt_deg {
             _ if self.demo => Stimulus::Tilt(demo::TILT_DEG),
             Some(tilt) => Stimulus::Tilt(tilt),
-            None if self.lamps => Stimulus::Lamps,
+            None if self.lamps || self.light.is_some() => Stimulus::Lamps,
             None => Stimulus::None,
         }
     }
@@ -340,6 +347,7 @@ impl MeasurePlan {
     /// The plants of the tracks, and why others are left out.
     fn plants(&self) -> Result<(Vec<Plant>, Vec<String>), Error> {
         let (mut plants, mut left_out) = (Vec::new(), Vec::new());
+        let light = self.light.as_deref().map(LightRecord::read).transpose()?;
         let alone = PlantGroup { name: String::new(), tracks: self.tracks.clone() };
         for group in [&alone].into_iter().chain(&self.groups) {
             for path in files::track_files(&group.tracks)? {
@@ -358,6 +366,9 @@ impl MeasurePlan {
                 if let (Some(hours), Some(first)) = (self.hours, track.samples.first()) {
                     let end = first.time_s + hours * 3600.0 + 1e-6;
                     track.samples.retain(|sample| sample.time_s <= end);
+                }
+                if let Some(light) = &light {
+                    light.light(&mut track);
                 }
                 let is_virtual = track.samples.iter().any(|sample| sample.quality == Quality::Simulated);
                 match StemRecord::of(&track) {

@@ -48,8 +48,7 @@ pub(super) fn announcement(alert: &MqttAlert, run: &str) -> Option<(String, Valu
     );
     let mut problem = problem;
     problem["state_topic"] = status.clone().into();
-    let next =
-        "{{ (value_json.next_unix_s | default(none)) and (value_json.next_unix_s | as_datetime) }}";
+    let next = "{{ (value_json.next_unix_s | default(none)) and (value_json.next_unix_s | as_datetime) }}";
     let components: serde_json::Map<String, Value> = [
         sensor("tip_y_cm", "Tip height", length.clone()),
         sensor("tip_x_cm", "Tip to the right", length),
