@@ -37,8 +37,7 @@ pub(crate) struct Evolve {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Settings: seed, task, runs, generations and all parameters of NEAT, as in studies/evolution.toml or in the
-    /// evolution.toml of another evolution; options override them
+    /// Settings: seed, task, runs, generations and all parameters of NEAT, as in studies/evolution.toml; options override them
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
 
@@ -65,13 +64,12 @@ pub(crate) struct Evolve {
     #[arg(long, value_name = "N")]
     episodes: Option<u32>,
 
-    /// First population: random networks (the default), or one that steers as the greedy controller does and mutants of it. The latter needs
-    /// the sensor to_target in a file of settings; the champion is then never worse than greedy where champions are compared
+    /// First population: random networks (the default), or one that steers as the greedy controller does and mutants of it. The latter
+    /// needs the sensor to_target in a file of settings
     #[arg(long, value_enum)]
     start: Option<StartOption>,
 
-    /// First population: the network in champion.json, from another evolution, and mutants of it; its sensors count. With
-    /// --method cma-es its weights are searched, and its topology stays
+    /// First population: the network in champion.json and mutants of it; its sensors count. By CMA-ES its weights are searched
     #[arg(long, value_name = "champion.json", conflicts_with_all = ["start", "resume"])]
     from: Option<PathBuf>,
 

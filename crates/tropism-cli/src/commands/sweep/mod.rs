@@ -19,18 +19,16 @@ use crate::shell::Shell;
 /// A sweep file names seeds, a grid of settings, and what all settings share. Each setting has one evolution, with all its
 /// runs, for each seed; or one study of replicates. The table has the fitness of each setting over runs and seeds,
 /// generations to saturation, evaluations and processor time. It says which settings differ, by a rank test of their champions
-/// on unseen plants of the model, corrected for all pairs. Ctrl-C saves; --resume continues with the same results as without an interruption. `tropism status DIR` tells
-/// how far it is.
+/// on unseen plants of the model, corrected for all pairs. Ctrl-C saves; --resume continues with the same results as without an
+/// interruption.
 ///
 /// The units of work are independent: on a cluster each of them can be executed alone by --unit, on any machine that shares
 /// DIR and in any order. The sweep then finds them finished and prints the table. --engine ray leaves that to a Ray cluster,
-/// and needs Python with tropism and Ray. --out takes an fsspec address, such as s3://bucket/sweep, in place of a folder, with
-/// either engine, and needs Python with tropism and fsspec (docs/how-to/use-many-machines.md).
+/// and needs Python with tropism and Ray. --out takes an fsspec address in place of a folder (docs/how-to/use-many-machines.md).
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism sweep studies/sweep.toml --model model.json --out sweep\n  \
     tropism sweep --out sweep --resume\n  \
-    tropism sweep studies/sweep.toml --model model.json --list\n  \
     tropism sweep studies/sweep.toml --model model.json --out sweep --unit 3\n  \
     tropism sweep studies/sweep.toml --model model.json --out s3://bucket/sweep --engine ray\n  \
     tropism report sweep --out report.html --figures figures\n\n\
@@ -74,7 +72,7 @@ pub(crate) struct Sweep {
     #[arg(long, value_name = "HOST:PORT")]
     address: Option<String>,
 
-    /// Units that work at once on Ray; without it as many as the cluster has cores
+    /// Units that work at once on Ray; else one a core
     #[arg(long, value_name = "N")]
     workers: Option<u32>,
 }

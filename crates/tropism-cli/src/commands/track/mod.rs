@@ -26,14 +26,14 @@ use crate::shell::Shell;
 #[command(after_help = "Examples:\n  \
     tropism track tent/1/photographs --calibration tent/1/calibration.toml --out track.csv\n  \
     tropism track my-photos --guide guide.html\n  \
-    tropism track my-photos --roi 250,150,200,185 --scale 11 --base 364,336 --out track.csv --overlay look\n  \
-    tropism track two-plants --roi 50,80,200,300 --roi 300,80,200,300 --scale 30,420,195,421=15 --out track.csv")]
+    tropism track my-photos --roi 250,150,200,185 --scale 11 --base 364,336 --out track.csv\n  \
+    tropism track two-plants --plant-file plants.toml --scale 30,420,195,421=15 --out track.csv")]
 pub(crate) struct Track {
     /// Photographs (JPEG, PNG, TIFF), a film, or folders of them
     #[arg(required = true, value_name = "PHOTOS")]
     photographs: Vec<PathBuf>,
 
-    /// File for the track; of several plants track-1.csv, track-2.csv, ...
+    /// File for the track; of several plants track-1.csv, ...
     #[arg(
         long,
         value_name = "track.csv",
@@ -64,8 +64,7 @@ pub(crate) struct Track {
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_region)]
     roi: Vec<Region>,
 
-    /// Click on the tip in a photograph, by name or number from 1; best in the first, a middle
-    /// and the last one
+    /// Click on the tip in a photograph, by name or number from 1
     #[arg(long, value_name = "PHOTO,X,Y", value_parser = parse_click, conflicts_with_all = ["plants", "each", "guide"])]
     tip: Vec<PlantClick>,
 
@@ -81,7 +80,7 @@ pub(crate) struct Track {
     #[arg(long = "plant-file", value_name = "PLANTS.toml", conflicts_with_all = ["roi", "base"])]
     plants: Option<PathBuf>,
 
-    /// Lit lamp: auto (seen in the pictures), none, or a CSV with the columns frame and light
+    /// Lit lamp: auto (seen), none, or a CSV with frame and light
     #[arg(long, value_name = "LIGHT", default_value = "auto", value_parser = parse_light)]
     light: LightSource,
 
@@ -128,11 +127,11 @@ type Pair = [f64; 2];
 enum TimeName {
     /// Exif headers, else names, else neither
     Auto,
-    /// The camera's clock, in the Exif headers
+    /// The camera's clock
     Exif,
-    /// The names of the files
+    /// Names of the files
     Name,
-    /// Neither: one photograph every --period, in the order of the numbers in their names
+    /// One photograph every --period
     Even,
 }
 
