@@ -54,6 +54,7 @@ fn every_command_shows_an_example() {
     for command in COMMANDS {
         let text = help(&[command, "--help"]);
         assert!(text.contains("Example"), "{command}: {text}");
+        assert!(text.lines().count() <= 50, "{command}: more than a screen: {text}");
         assert!(text.contains(&format!("tropism {command}")), "{command}: {text}");
         for option in ["--json", "--quiet"] {
             assert!(text.contains(option), "{command} lacks {option}");
