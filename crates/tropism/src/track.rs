@@ -122,7 +122,12 @@ impl PartialEq for Values {
 impl Values {
     /// Numbers, if every text is one that would be written the same; else text.
     fn of_texts(texts: Vec<String>) -> Self {
+        /// Chosen: more than any program writes, and far fewer than the standard library can format.
+        const MOST_DECIMALS: usize = 40;
         let decimals = texts.iter().filter_map(|text| Some(text.split_once('.')?.1.len())).max().unwrap_or(0);
+        if decimals > MOST_DECIMALS {
+            return Self::Text(texts);
+        }
         let number = |text: &String| {
             let value = if text.is_empty() {
                 f64::NAN
@@ -618,6 +623,14 @@ mod tests {
         assert!(
             error("step,tip_x_cm,tip_y_cm,light\n3,0,4,left\n3,0,4,left\n").contains("after the row above")
         );
+    }
+
+    #[test]
+    fn a_number_of_very_many_digits_comes_back_as_text() {
+        let digits = format!("0.{}", "3".repeat(70_000));
+        let file = format!("tip_x_cm,tip_y_cm,light,more\n0,4,left,{digits}\n");
+        let track = Track::read_csv(file.as_bytes()).unwrap();
+        assert!(String::from_utf8(track.to_csv()).unwrap().contains(&digits));
     }
 
     #[test]
