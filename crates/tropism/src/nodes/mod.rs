@@ -3,8 +3,9 @@
 //! A [`NodeWall`] says where the nodes are, which are linked, and which path is drawn. Each node sees the echo of what is
 //! near ([`Proximity`]), tells a plant from daylight and noise ([`EchoDetector`]), and decides on its own lamp
 //! ([`NodeController`]): [`StateMachine`] hands the light over from node to node along the path, and [`NodeEvolution`] evolves a
-//! [network](NetworkNode) that does, on a model of the tip ([`WallTip`]). [`WallNodes`] steps all
-//! nodes of a wall with their messages and faults. No node knows where the plant is, and there is no central process.
+//! [network](NetworkNode) that does, on a model of the tip ([`WallTip`]). Whoever decides from outside, such as a learning
+//! agent, has the network's inputs and outputs ([`NodeInterface`]). [`WallNodes`] steps all nodes of a wall with their messages and
+//! faults. No node knows where the plant is, and there is no central process.
 //!
 //! The idea is that of the decentralised set-up in section 5 of Wahby et al. 2016 and its successors. The state machine, the
 //! model of the sensor and all numbers are ours.
@@ -17,17 +18,21 @@ mod wall;
 mod detector;
 mod controller;
 mod machine;
+mod interface;
 mod network;
+mod faults;
 mod running;
 mod tip;
 mod search;
 
 pub use controller::{Baseline, Neighbour, NodeController, NodeMessage, NodeView};
 pub use detector::{DetectorMemory, DetectorSettings, Echo, EchoDetector, Learned};
+pub use faults::NodeFaults;
+pub use interface::{NODE_INPUTS, NODE_OUTPUTS, NodeDecision, NodeInputs, NodeInterface};
 pub use machine::{StateMachine, StateMachineSettings};
-pub use network::{NETWORK_INPUTS, NETWORK_OUTPUTS, NetworkNode};
+pub use network::NetworkNode;
 pub use proximity::{Optics, Patch, Proximity};
-pub use running::{FRESH_STEPS, NodeFaults, NodeRow, WallNodes};
+pub use running::{FRESH_STEPS, NodeRow, WallNodes};
 pub use search::{EvolvedNodes, NodeEvolution, NodeEvolutionConfig, NodeScore};
 pub use tip::{GrowingTip, LitPath, WallTip};
 pub use wall::{NodeSpec, NodeWall, WallError, WallPath};

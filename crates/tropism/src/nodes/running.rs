@@ -6,12 +6,12 @@
 use core::f64::consts::TAU;
 use std::collections::VecDeque;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::controller::{Neighbour, NodeController, NodeMessage, NodeView};
+use super::faults::NodeFaults;
 use super::proximity::{Optics, Patch, Proximity};
 use super::wall::NodeWall;
-use crate::check::{self, OutOfRange};
 use crate::lamps::Light;
 use crate::lighting::Lighting;
 use crate::math::sin;
@@ -22,50 +22,6 @@ use crate::random::{NoiseStream, Purpose};
 pub const FRESH_STEPS: u32 = 3;
 /// By how much a false echo raises a reading. Chosen: five times what a stem raises it by at the range of the sensor.
 const FALSE_ECHO: f64 = 2.0;
-
-/// Faults of a wall. Which nodes are struck is drawn for each plant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct NodeFaults {
-    /// Share of messages that are lost, 0 to 1.
-    pub lost: f64,
-    /// By how much messages are late, in h: 0 to 100.
-    pub late_h: f64,
-    /// Restarts of each node a day, 0 to 288.
-    pub restarts_per_day: f64,
-    /// Whether a node that restarts forgets everything; otherwise it reads its own last message.
-    pub forgets: bool,
-    /// Number of nodes of the path whose sensor sees no echo, 0 to 8.
-    pub blind: u8,
-    /// Number of nodes of the path whose sensor gives no reading, 0 to 8.
-    pub silent: u8,
-    /// Number of nodes of the path whose lamp stays dark, 0 to 8.
-    pub dead_lamps: u8,
-    /// Number of nodes of the path that die for good as soon as their lamp has been lit for two hours, 0 to 8; the lamp goes
-    /// dark by its own timer, and the broker tells the others.
-    pub killed: u8,
-}
-
-impl NodeFaults {
-    /// Checks the settings.
-    ///
-    /// # Errors
-    /// [`OutOfRange`] names the key.
-    pub fn check(&self) -> Result<(), OutOfRange> {
-        check::within("lost", self.lost, 0.0..=1.0)?;
-        check::within("late_h", self.late_h, 0.0..=100.0)?;
-        check::within("restarts_per_day", self.restarts_per_day, 0.0..=288.0)?;
-        for (key, count) in [
-            ("blind", self.blind),
-            ("silent", self.silent),
-            ("dead_lamps", self.dead_lamps),
-            ("killed", self.killed),
-        ] {
-            check::within(key, count, 0..=8)?;
-        }
-        Ok(())
-    }
-}
 
 /// How long a node that will be killed is lit before, in h. Chosen: the plant is on its way, and no decision was made.
 const KILLED_AFTER_H: f64 = 2.0;
@@ -91,8 +47,8 @@ struct Struck {
     is_dead: bool,
 }
 
-/// The nodes of a wall with their controllers.
-pub struct WallNodes {
+/// The nodes of a wall with their controllers, all of one type if `C` says so.
+pub struct WallNodes<C: NodeController + ?Sized = dyn NodeController> {
     wall: NodeWall,
     sensor: Proximity,
     /// Optics of the sensor of each node.
@@ -102,7 +58,7 @@ pub struct WallNodes {
     period_h: f64,
     learning_steps: u32,
     path: Vec<usize>,
-    controllers: Vec<Box<dyn NodeController>>,
+    controllers: Vec<Box<C>>,
     struck: Vec<Struck>,
     /// Latest message that each node has of each other one.
     heard: Vec<Vec<Option<NodeMessage>>>,
@@ -123,7 +79,7 @@ enum Draw {
     Struck = 5,
 }
 
-impl WallNodes {
+impl<C: NodeController + ?Sized> WallNodes<C> {
     /// A wall before the plant of `seed`. `controller` makes the controller of each node; nodes learn for `learning_steps`.
     ///
     /// # Panics
@@ -132,7 +88,7 @@ impl WallNodes {
         wall: &NodeWall,
         sensor: &Proximity,
         faults: NodeFaults,
-        controller: impl Fn() -> Box<dyn NodeController>,
+        controller: impl Fn() -> Box<C>,
         [period_h, learning_h]: [f64; 2],
         seed: u64,
     ) -> Self {
@@ -208,17 +164,44 @@ impl WallNodes {
         self.said.iter().enumerate().filter_map(row)
     }
 
-    /// All nodes take a step with `patches` before them. Returns how the lamps are lit.
+    /// All nodes take a step with `patches` before them: [`perceive`](Self::perceive), then [`act`](Self::act). Returns how the
+    /// lamps are lit.
     pub fn step(&mut self, patches: &[Patch]) -> Lighting {
+        let messages = self.perceive(patches, |controller, view| controller.step(view));
+        self.act(messages)
+    }
+
+    /// First phase of a step: messages arrive, nodes restart by their faults, sensors read, and `see` tells each controller what
+    /// its node knows. Returns what it makes of that for each node, and nothing for a node that is dead.
+    pub fn perceive<T>(
+        &mut self,
+        patches: &[Patch],
+        mut see: impl FnMut(&mut C, &NodeView<'_>) -> T,
+    ) -> Vec<Option<T>> {
         self.receive();
         (0..self.wall.nodes.len()).for_each(|node| self.restart(node));
         let mut controllers = std::mem::take(&mut self.controllers);
-        let step = |(node, controller): (usize, &mut Box<dyn NodeController>)| {
+        let perceive = |(node, controller): (usize, &mut Box<C>)| {
             let reading = self.reading(node, patches);
-            (!self.struck[node].is_dead).then(|| controller.step(&self.view(node, reading)))
+            (!self.struck[node].is_dead).then(|| see(controller, &self.view(node, reading)))
         };
-        let messages: Vec<Option<NodeMessage>> = controllers.iter_mut().enumerate().map(step).collect();
+        let perceived = controllers.iter_mut().enumerate().map(perceive).collect();
         self.controllers = controllers;
+        perceived
+    }
+
+    /// The controllers in the order of the nodes, to decide between the two phases of a step.
+    pub fn controllers_mut(&mut self) -> impl Iterator<Item = &mut C> {
+        self.controllers.iter_mut().map(|controller| &mut **controller)
+    }
+
+    /// Second phase of a step: the message of each node goes out, and its level to its lamp. Returns how the lamps are lit.
+    ///
+    /// # Panics
+    /// Unless there is a message, or none, for each node.
+    pub fn act(&mut self, messages: Vec<Option<NodeMessage>>) -> Lighting {
+        let (found, wanted) = (messages.len(), self.struck.len());
+        assert!(found == wanted, "found messages of {found} nodes, wanted {wanted}");
         let mut lighting = Lighting::DARK;
         for (node, message) in messages.iter().enumerate() {
             let Some(message) = message else { continue };

@@ -14,9 +14,11 @@ use tropism_neat::{Activation, Config, Genome, Neat, NeatError};
 
 use super::controller::NodeController;
 use super::detector::DetectorSettings;
-use super::network::{NETWORK_INPUTS, NETWORK_OUTPUTS, NetworkNode};
+use super::faults::NodeFaults;
+use super::interface::{NODE_INPUTS, NODE_OUTPUTS};
+use super::network::NetworkNode;
 use super::proximity::Proximity;
-use super::running::{NodeFaults, WallNodes};
+use super::running::WallNodes;
 use super::tip::WallTip;
 use super::wall::NodeWall;
 use crate::check::{self, OutOfRange};
@@ -126,7 +128,7 @@ impl NodeEvolution<'_> {
         seed: u64,
         watch: &dyn Fn(u32, f64) -> ControlFlow<()>,
     ) -> Result<Option<EvolvedNodes>, NeatError> {
-        let mut neat = Neat::new(self.config.neat.clone(), NETWORK_INPUTS, NETWORK_OUTPUTS, seed)?;
+        let mut neat = Neat::new(self.config.neat.clone(), NODE_INPUTS, NODE_OUTPUTS, seed)?;
         let mut candidates: Vec<(u32, Genome)> = Vec::new();
         for generation in 0..self.config.generations {
             // New plants in each generation, the same for all its networks.
