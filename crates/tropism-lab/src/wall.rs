@@ -400,7 +400,9 @@ impl Workflow for WallPlan {
 }
 
 impl WallPlan {
-    fn trial(&self) -> WallTrial<'_> {
+    /// The experiment on each plant.
+    #[must_use]
+    pub fn trial(&self) -> WallTrial {
         WallTrial {
             wall: self.file.wall.clone(),
             sensor: self.file.sensor.clone(),
@@ -409,14 +411,19 @@ impl WallPlan {
             period_min: self.period_min,
             learning_h: self.learning_h,
             max_steps: self.max_steps,
-            ..WallTrial::new(&self.species)
+            ..WallTrial::new(self.species.clone())
         }
+    }
+
+    /// Seed of a plant, counted from 0.
+    #[must_use]
+    pub fn plant_seed(&self, plant: u32) -> u64 {
+        random::derive(self.seed, Purpose::Judge, plant.into())
     }
 
     fn grow(&self, rule: &NodeRule, monitor: &dyn Monitor) -> Result<Vec<WallRun>, Error> {
         let trial = self.trial();
-        let seeds: Vec<u64> =
-            (0..self.plants).map(|plant| random::derive(self.seed, Purpose::Judge, plant.into())).collect();
+        let seeds: Vec<u64> = (0..self.plants).map(|plant| self.plant_seed(plant)).collect();
         let groups: Vec<&[u64]> = seeds.chunks(SIDE_BY_SIDE).collect();
         let controller = rule.load(self.file.machine)?;
         let grown = parallel::try_map(groups.len(), |group| {
@@ -583,7 +590,7 @@ impl Workflow for EvolveNodesPlan {
         let trial = WallTrial {
             wall: self.file.wall.clone(),
             scale: self.variation,
-            ..WallTrial::new(&self.species)
+            ..WallTrial::new(self.species.clone())
         };
         monitor.stage("open-loop plants", self.open_loop_plants.into());
         let plants = self.open_loop_plants as usize;

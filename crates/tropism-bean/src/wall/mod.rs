@@ -2,24 +2,31 @@
 //!
 //! In: a wall, sensors, faults, the controller of the nodes, and seeds of plants. Out: what became of each plant
 //! ([`WallRun`]), judged by its true apex and never by the sensors. A decision is on which side the apex first reaches the
-//! height of a node of the path.
+//! height of a node of the path. [`WallTrial::grow`] grows many plants to their ends, [`WallEnvironment`] one plant step by step
+//! under decisions from outside; both go through the same [`WallEpisode`].
 
-use tropism::lamps::Light;
+mod episode;
+mod environment;
+
+use tropism::lamps::{Light, MAX_LAMPS};
 use tropism::lighting::Lighting;
 use tropism::math::vector::{Vec3, between, cross, distance, dot, normalize_or};
-use tropism::nodes::{LitPath, NodeController, NodeFaults, NodeRow, NodeWall, Patch, Proximity, WallNodes};
+use tropism::nodes::{LitPath, NodeController, NodeFaults, NodeRow, NodeWall, Patch, Proximity};
 use tropism::random::{NoiseStream, Purpose};
 use tropism::track::PAPER_PERIOD_MIN;
 
 use super::pose::{Leaf, Pose};
 use super::{Bean, Population, Species};
 
+pub use environment::WallEnvironment;
+pub use episode::WallEpisode;
+
 /// Patches along the blade of a leaf. Chosen: each is shorter than the least distance to a node.
 const LEAF_PATCHES: u32 = 6;
 
 /// An experiment on virtual plants before a wall.
 #[derive(Clone, Debug)]
-pub struct WallTrial<'s> {
+pub struct WallTrial {
     /// The wall.
     pub wall: NodeWall,
     /// The sensors of its nodes.
@@ -27,7 +34,7 @@ pub struct WallTrial<'s> {
     /// Faults.
     pub faults: NodeFaults,
     /// The species of the plants.
-    pub species: &'s Species,
+    pub species: Species,
     /// Individual variation as a multiple of that of the species.
     pub scale: f64,
     /// Minutes from one step to the next.
@@ -82,10 +89,10 @@ impl WallRun {
     }
 }
 
-impl<'s> WallTrial<'s> {
+impl WallTrial {
     /// The wall of [`NodeWall::three_levels`] without faults, at the paper's period.
     #[must_use]
-    pub fn new(species: &'s Species) -> Self {
+    pub fn new(species: Species) -> Self {
         Self {
             wall: NodeWall::three_levels(),
             sensor: Proximity::default(),
@@ -104,9 +111,8 @@ impl<'s> WallTrial<'s> {
     /// ```
     /// use tropism::nodes::{NodeController, StateMachine, StateMachineSettings};
     /// use tropism_bean::{Species, wall::WallTrial};
-    /// let species = Species::default();
     /// let machine = || Box::new(StateMachine::new(StateMachineSettings::default())) as Box<dyn NodeController>;
-    /// let runs = WallTrial::new(&species).grow(&[1, 2], &machine, false);
+    /// let runs = WallTrial::new(Species::default()).grow(&[1, 2], &machine, false);
     /// assert!(runs.iter().all(|run| run.is_whole()));
     /// ```
     ///
@@ -120,30 +126,33 @@ impl<'s> WallTrial<'s> {
     ) -> Vec<WallRun> {
         let mut runs: Vec<Option<WallRun>> = vec![None; seeds.len()];
         let mut population = Population::new(Vec::new());
-        let mut growing: Vec<(usize, Growing)> = Vec::new();
+        let mut growing: Vec<(usize, WallEpisode)> = Vec::new();
         for (place, &seed) in seeds.iter().enumerate() {
             population.beans.push(self.seedling(seed));
-            growing.push((place, Growing::new(self, seed, controller, keeps_rows)));
+            growing.push((place, WallEpisode::new(self, seed, controller, keeps_rows)));
         }
         while !growing.is_empty() {
             let mut powers = Vec::with_capacity(growing.len());
             let mut number = 0;
             while number < growing.len() {
-                match growing[number].1.decide(self, &population.beans[number]) {
-                    Some(lighting) => {
-                        powers.push(lighting.powers().map(|share| share * self.wall.power));
-                        number += 1;
-                    }
-                    None => {
-                        let (place, ended) = growing.remove(number);
-                        population.beans.remove(number);
-                        runs[place] = Some(ended.run);
-                    }
+                let pose = population.beans[number].pose();
+                if growing[number].1.judge(self, &pose) {
+                    let (place, ended) = growing.remove(number);
+                    population.beans.remove(number);
+                    runs[place] = Some(ended.into_run());
+                } else {
+                    powers.push(self.powers(growing[number].1.step(self, &pose)));
+                    number += 1;
                 }
             }
             population.advance(&powers, self.period_min);
         }
         runs.into_iter().flatten().collect()
+    }
+
+    /// Powers of the lamps of the wall, as [`Bean::advance`] takes them.
+    fn powers(&self, lighting: Lighting) -> [f64; MAX_LAMPS] {
+        lighting.powers().map(|share| share * self.wall.power)
     }
 
     /// Grows the plant of `seed` open loop for `steps` steps: one lamp is lit, or none, another one every `change_h` hours.
@@ -170,69 +179,6 @@ impl<'s> WallTrial<'s> {
     fn seedling(&self, seed: u64) -> Bean {
         let layout = self.wall.layout().expect("a checked wall");
         Bean::new(self.species.draw(seed, self.scale), seed).under(&layout).with_beams(&self.wall.beams())
-    }
-}
-
-/// A plant before its wall.
-struct Growing {
-    nodes: WallNodes,
-    run: WallRun,
-    keeps_rows: bool,
-}
-
-impl Growing {
-    fn new(
-        trial: &WallTrial<'_>,
-        seed: u64,
-        controller: &dyn Fn() -> Box<dyn NodeController>,
-        keeps_rows: bool,
-    ) -> Self {
-        let hours = [trial.period_min / 60.0, trial.learning_h];
-        let mut nodes = WallNodes::new(&trial.wall, &trial.sensor, trial.faults, controller, hours, seed);
-        while nodes.learning_steps_left() > 0 {
-            nodes.step(&[]);
-        }
-        let path = nodes.path().to_vec();
-        let run = WallRun {
-            seed,
-            decisions: Vec::new(),
-            nearest_cm: vec![f64::INFINITY; path.len()],
-            steps: 0,
-            lit_h: 0.0,
-            dead_lamps: nodes.dead_lamps().collect(),
-            apex: Vec::new(),
-            rows: Vec::new(),
-            path,
-        };
-        Self { nodes, run, keeps_rows }
-    }
-
-    /// Judges the plant as it is, and lets the nodes decide; `None` if the experiment is over.
-    fn decide(&mut self, trial: &WallTrial<'_>, bean: &Bean) -> Option<Lighting> {
-        let pose = bean.pose();
-        let (run, apex) = (&mut self.run, pose.apex());
-        run.apex.push(apex);
-        for (&node, nearest) in run.path.iter().zip(&mut run.nearest_cm) {
-            let at = trial.wall.nodes[node].at;
-            *nearest = nearest.min(distance([at[0], at[1]], [apex[0], apex[1]]));
-        }
-        while let Some(&node) = run.path.get(run.decisions.len()) {
-            if apex[1] < trial.wall.nodes[node].at[1] {
-                break;
-            }
-            let is_right = trial.wall.is_nearest(node, apex[0]);
-            run.decisions.push(Decision { node, step: run.steps, apex, is_right });
-        }
-        if run.decisions.len() == run.path.len() || run.steps >= trial.max_steps {
-            return None;
-        }
-        let lighting = self.nodes.step(&patches(&pose));
-        run.steps += 1;
-        run.lit_h += lighting.total() * trial.period_min / 60.0;
-        if self.keeps_rows {
-            run.rows.extend(self.nodes.rows());
-        }
-        Some(lighting)
     }
 }
 
@@ -272,8 +218,7 @@ mod tests {
 
     #[test]
     fn the_state_machine_leads_plants_along_the_path_and_darkness_does_not() {
-        let species = Species::default();
-        let trial = WallTrial::new(&species);
+        let trial = WallTrial::new(Species::default());
         let seeds: Vec<u64> = (0..8).collect();
         let whole = |runs: &[WallRun]| runs.iter().filter(|run| run.is_whole()).count();
         let steered = trial.grow(&seeds, &machine, true);
@@ -286,8 +231,7 @@ mod tests {
 
     #[test]
     fn plants_side_by_side_are_those_that_grow_alone() {
-        let species = Species::default();
-        let mut trial = WallTrial { max_steps: 120, ..WallTrial::new(&species) };
+        let mut trial = WallTrial { max_steps: 120, ..WallTrial::new(Species::default()) };
         // Only the left lamps have a cone: limited and unlimited lamps stand in one group of lanes.
         for node in trial.wall.nodes.iter_mut().step_by(2) {
             node.half_angle_deg = Some(60.0);
