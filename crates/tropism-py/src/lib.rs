@@ -10,6 +10,7 @@ mod model;
 mod figure;
 mod batch;
 mod tent;
+mod wall;
 mod closed_loop;
 
 use pyo3::prelude::*;
@@ -27,6 +28,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<batch::Batch>()?;
     module.add_class::<tent::Tent>()?;
     module.add_class::<tent::TentBatch>()?;
+    module.add_class::<wall::Wall>()?;
     module.add_class::<closed_loop::Decider>()?;
     module.add_function(wrap_pyfunction!(figure::draw_tracks, module)?)?;
     module.add_function(wrap_pyfunction!(tent::decode, module)?)?;

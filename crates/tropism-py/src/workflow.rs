@@ -180,7 +180,7 @@ workflows! {
 }
 
 /// The exception for an error of the lab.
-fn of_lab(error: Error) -> PyErr {
+pub(crate) fn of_lab(error: Error) -> PyErr {
     let text = with_causes(&error);
     match error {
         Error::Interrupted { .. } | Error::Cancelled(_) => Interrupted::new_err(text),

@@ -13,7 +13,7 @@
 | tables of tips; models of plants | `Track`, `Model` |
 | NEAT for any fitness | `tropism.neat` |
 | the loop with parts of your own | `tropism.loop` |
-| Gymnasium; Stable-Baselines3 | `tropism.envs`, `tropism.sb3` |
+| Gymnasium; Stable-Baselines3; PettingZoo | `tropism.envs`, `tropism.sb3`, `tropism.wall_v0` |
 
 A path is a `str` or a `os.PathLike`, a controller is "greedy", "periodic", a file, a genome or data, a task is a file or data.
 Results on virtual plants are labelled `is_virtual`: they are no measurement of a living plant.
@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     import tropism.loop as loop
     import tropism.neat as neat
     import tropism.sb3 as sb3
+    import tropism.wall_v0 as wall_v0
     from tropism.models import Model
     from tropism.runs import Run
     from tropism.tracks import Track
@@ -126,6 +127,7 @@ __all__ = [
     "measure",
     "transfer",
     "tune",
+    "wall_v0",
 ]
 
 _LAZY = {"Model": "models", "Run": "runs", "Track": "tracks"}
@@ -135,7 +137,7 @@ def __getattr__(name: str) -> object:
     """Imports what needs numpy or Gymnasium when it is first asked for: `import tropism` stays quick."""
     from importlib import import_module
 
-    if name in {"envs", "loop", "neat", "sb3"}:
+    if name in {"envs", "loop", "neat", "sb3", "wall_v0"}:
         return import_module(f"tropism.{name}")
     if name in _LAZY:
         return getattr(import_module(f"tropism.{_LAZY[name]}"), name)

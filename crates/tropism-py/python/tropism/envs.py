@@ -8,13 +8,14 @@
 | tropism/Tent-v0 | a virtual bean through photographs | the picture, (height, width, 3) |
 | tropism/Obstacles-v0 | a virtual bean that obstacles hold back | tip, ten points of the stem, nearest obstacle: (27,) in cm |
 | tropism/Space-v0 | a virtual bean among four lamps | the tip, (x, y, z) in cm |
+| tropism/Wall-v0 | a virtual bean before nodes that steer together | seven numbers a node; of PettingZoo: `tropism.wall_v0` |
 
-All: the action is the number of the lamp that is lit for one step of five minutes (0 left, 1 right; in space 2 front, 3 back). The
-reward is the fitness of the step; its sum is the fitness of the episode: eq. (9), in cm, at most 15 for the paper's targets. An
-episode ends at the height of 13.8 cm (13 cm among obstacles), and is truncated after 1000 steps. `reset(seed=s)` gives the plants
-of `tropism simulate --seed s` and `tropism grow --seed s`, in order: the first with the seed, then the next one at each reset
-without a seed; `info` has `plant` (its number under the seed), `seed`, `step` and `fitness` (the sum of the rewards). With
-`plants="transfer"` beans are those of `tropism transfer --seed s`.
+All but the last one: the action is the number of the lamp that is lit for one step of five minutes (0 left, 1 right; in space
+2 front, 3 back). The reward is the fitness of the step; its sum is the fitness of the episode: eq. (9), in cm, at most 15 for the
+paper's targets. An episode ends at the height of 13.8 cm (13 cm among obstacles), and is truncated after 1000 steps.
+`reset(seed=s)` gives the plants of `tropism simulate --seed s` and `tropism grow --seed s`, in order: the first with the seed, then
+the next one at each reset without a seed; `info` has `plant` (its number under the seed), `seed`, `step` and `fitness` (the sum of
+the rewards). With `plants="transfer"` beans are those of `tropism transfer --seed s`.
 
 Obstacles-v0: the task is that of `tasks/disc.toml`, a disc above the seedling and a target above the disc. The observation holds
 the tip (2), ten points of the stem from the base up (20), the gap between the surfaces of the stem and of the nearest obstacle (1;
