@@ -301,7 +301,7 @@ impl CountedShare {
 
 /// What became of the plants under one rule.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RuleResults {
+pub struct NodeRuleResults {
     /// The rule.
     pub rule: NodeRule,
     /// Right decisions of those taken: the apex first reached the height of a node of the path on its side.
@@ -343,7 +343,7 @@ pub struct WallResults {
     /// Always true.
     pub is_virtual: bool,
     /// Each rule, in the order of the plan.
-    pub rules: Vec<RuleResults>,
+    pub rules: Vec<NodeRuleResults>,
     /// What may go wrong on this wall.
     pub warnings: Vec<String>,
     /// Files that were written.
@@ -435,7 +435,7 @@ impl WallPlan {
         Ok(grown.concat())
     }
 
-    fn judge(&self, rule: &NodeRule, runs: &[WallRun]) -> RuleResults {
+    fn judge(&self, rule: &NodeRule, runs: &[WallRun]) -> NodeRuleResults {
         let name = |&node: &usize| self.file.wall.nodes[node].name.clone();
         let decisions = runs.iter().flat_map(|run| run.decisions.iter().map(|decision| decision.is_right));
         let nearest = runs.iter().flat_map(|run| run.nearest_cm.iter().map(|&far| far <= NEAR_CM));
@@ -444,7 +444,7 @@ impl WallPlan {
             let from = dead.map_or(run.path.len(), |dead| dead + 1);
             run.decisions.iter().skip(from).map(|decision| decision.is_right)
         });
-        RuleResults {
+        NodeRuleResults {
             rule: rule.clone(),
             right: CountedShare::of(decisions, self.plants),
             whole: CountedShare::of(runs.iter().map(WallRun::is_whole), self.plants),

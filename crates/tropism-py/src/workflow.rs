@@ -160,6 +160,7 @@ workflows! {
     "grow" => tropism_lab::grow::GrowPlan,
     "guide" => tropism_lab::track::GuidePlan,
     "kinematics" => tropism_lab::grow::KinematicsPlan,
+    "note" => tropism_lab::note::NotePlan,
     "recovery" => tropism_lab::calibrate::RecoveryPlan,
     "replicates" => tropism_lab::replicates::ReplicatesPlan,
     "report" => tropism_lab::report::ReportPlan,
@@ -177,6 +178,7 @@ workflows! {
     "track" => tropism_lab::track::TrackPlan,
     "transfer" => tropism_lab::transfer::TransferPlan,
     "tune" => tropism_lab::tune::TunePlan,
+    "wall" => tropism_lab::wall::WallPlan,
 }
 
 /// The exception for an error of the lab.

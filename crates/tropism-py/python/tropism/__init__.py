@@ -42,6 +42,7 @@ from tropism.plans import (
     guide,
     kinematics,
     measure,
+    note,
     recovery,
     replicates,
     report,
@@ -57,6 +58,7 @@ from tropism.plans import (
     track,
     transfer,
     tune,
+    wall,
 )
 from tropism.results import Results
 from tropism.sweeps import sweep, sweep_units
@@ -105,6 +107,7 @@ __all__ = [
     "kinematics",
     "loop",
     "neat",
+    "note",
     "quick_study",
     "recovery",
     "register_envs",
@@ -127,6 +130,7 @@ __all__ = [
     "measure",
     "transfer",
     "tune",
+    "wall",
     "wall_v0",
 ]
 

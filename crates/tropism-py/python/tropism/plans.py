@@ -45,6 +45,7 @@ __all__ = [
     "CheckPlan",
     "CheckResults",
     "Comparison",
+    "CountedShare",
     "DepthPlan",
     "DepthResults",
     "DeviceResult",
@@ -70,10 +71,14 @@ __all__ = [
     "MeasureResults",
     "MeasuredQuantity",
     "MethodResults",
+    "NodeRuleResults",
+    "NotePlan",
+    "NoteResults",
     "ParameterEstimate",
     "ParameterRecovery",
     "PlantConstants",
     "PlantEstimates",
+    "PlantOnWall",
     "Recovery",
     "RecoveryPlan",
     "RecoveryResults",
@@ -103,6 +108,8 @@ __all__ = [
     "UnitFindings",
     "UnitPlan",
     "UnitResults",
+    "WallPlan",
+    "WallResults",
     "acceptance",
     "baseline",
     "calibrate",
@@ -117,6 +124,7 @@ __all__ = [
     "guide",
     "kinematics",
     "measure",
+    "note",
     "recovery",
     "replicates",
     "report",
@@ -132,6 +140,7 @@ __all__ = [
     "track",
     "transfer",
     "tune",
+    "wall",
 ]
 
 
@@ -520,6 +529,17 @@ class KinematicsResults(Results):
     _kinds = {"measured": MeasuredQuantity}
 
 
+class NoteResults(Results):
+    """A note that was left."""
+
+    #: Run folder.
+    run: str
+    #: Step that it stands at; `None` while the run has not written it down.
+    step: int | None
+    #: Number of the process of the run, which writes it down within seconds; `None` where it stands in the journal.
+    process: int | None
+
+
 class ParameterRecovery(Results):
     """How well one parameter is recovered, over all virtual plants."""
 
@@ -762,6 +782,77 @@ class TimelapseResults(Results):
     is_virtual: bool | None
 
 
+class CountedShare(Results):
+    """A count out of a number, with its interval."""
+
+    #: How many.
+    count: int
+    #: Out of how many.
+    of: int
+    #: The share, 0 to 1; 0 of none.
+    share: float
+    #: Its 95 % interval (Wilson). Decisions of one plant depend on each other, so a share of decisions has the
+    #: interval of the same share of plants: rather too wide than too narrow.
+    interval: list[float]
+
+
+class PlantOnWall(Results):
+    """One plant before the wall."""
+
+    #: Its seed.
+    seed: int
+    #: Names of the nodes on its path.
+    path: list[str]
+    #: Whether each decision taken was right.
+    right: list[bool]
+    #: Steps with the plant.
+    steps: int
+    #: Nodes whose lamp was dead.
+    dead_lamps: list[str]
+
+
+class NodeRuleResults(Results):
+    """What became of the plants under one rule."""
+
+    #: The rule.
+    rule: Any
+    #: Right decisions of those taken: the apex first reached the height of a node of the path on its side.
+    right: CountedShare
+    #: Plants that took all decisions of their path, and all rightly.
+    whole: CountedShare
+    #: Nodes of the path to which the apex came within 2 cm in the plane.
+    near: CountedShare
+    #: Right decisions of those taken above the lowest dead lamp; only with dead lamps.
+    above_dead_lamp: CountedShare | None
+    #: Mean hours of lamp light a plant, at level 255.
+    lit_h: float
+    #: Mean hours that a plant took.
+    hours: float
+    #: Each plant.
+    plants: list[PlantOnWall]
+    _kinds = {
+        "right": CountedShare,
+        "whole": CountedShare,
+        "near": CountedShare,
+        "above_dead_lamp": CountedShare,
+        "plants": PlantOnWall,
+    }
+
+
+class WallResults(Results):
+    """The results of a `WallPlan`."""
+
+    #: Always true.
+    is_virtual: bool
+    #: Each rule, in the order of the plan.
+    rules: list[NodeRuleResults]
+    #: What may go wrong on this wall.
+    warnings: list[str]
+    #: Files that were written.
+    files: list[str]
+    _kinds = {"rules": NodeRuleResults}
+
+
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class AcceptancePlan(Plan[AcceptanceResults]):
     """Compares virtual beans of a species with what is published on *Phaseolus vulgaris*."""
@@ -827,7 +918,13 @@ class CheckPlan(Plan[CheckResults]):
 
     workflow: ClassVar[str] = "check"
     results = CheckResults
-    roles: ClassVar[Mapping[str, str]] = {"rehearsal": "settings", "rig": "path", "data": "path", "photographs": "path"}
+    roles: ClassVar[Mapping[str, str]] = {
+        "rehearsal": "settings",
+        "report": "settings",
+        "rig": "path",
+        "data": "path",
+        "photographs": "path",
+    }
     rig: PathLike | None = None
     dry: bool | None = None
     only: (
@@ -837,6 +934,7 @@ class CheckPlan(Plan[CheckResults]):
     rehearsal: AnySettings | None = None
     data: PathLike | None = None
     photographs: PathLike | None = None
+    report: AnySettings | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -930,11 +1028,12 @@ class MeasurePlan(Plan[MeasureResults]):
 
     workflow: ClassVar[str] = "measure"
     results = MeasureResults
-    roles: ClassVar[Mapping[str, str]] = {"tracks": "tracks", "out": "path"}
+    roles: ClassVar[Mapping[str, str]] = {"tracks": "tracks", "light": "path", "out": "path"}
     tracks: AnyTrack | Sequence[AnyTrack] | None = None
     groups: Sequence[AnySettings] | None = None
     tilt_deg: float | None = None
     lamps: bool | None = None
+    light: PathLike | None = None
     radius_cm: float | None = None
     law: Literal["ac", "ace"] | None = None
     hours: float | None = None
@@ -1000,6 +1099,18 @@ class KinematicsPlan(Plan[KinematicsResults]):
     roles: ClassVar[Mapping[str, str]] = {"species": "species", "out": "path"}
     species: AnySettings | None = None
     out: PathLike | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class NotePlan(Plan[NoteResults]):
+    """A note about a run."""
+
+    workflow: ClassVar[str] = "note"
+    results = NoteResults
+    roles: ClassVar[Mapping[str, str]] = {"run": "path"}
+    run: PathLike | None = None
+    text: str | None = None
+    step: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -1268,6 +1379,27 @@ class TunePlan(Plan[TuneResults]):
     resume: bool | None = None
 
 
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class WallPlan(Plan[WallResults]):
+    """Grows virtual plants before a wall under each rule."""
+
+    workflow: ClassVar[str] = "wall"
+    results = WallResults
+    roles: ClassVar[Mapping[str, str]] = {"file": "settings", "species": "species", "faults": "settings", "out": "path"}
+    file: AnySettings | None = None
+    rules: Sequence[Any] | None = None
+    plants: int | None = None
+    species: AnySettings | None = None
+    variation: float | None = None
+    faults: AnySettings | None = None
+    learning_h: float | None = None
+    period_min: float | None = None
+    max_steps: int | None = None
+    seed: int | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+
+
 def acceptance(
     *,
     species: AnySettings | None = None,
@@ -1503,6 +1635,7 @@ def check(
     rehearsal: AnySettings | None = None,
     data: PathLike = ".",
     photographs: PathLike | None = None,
+    report: AnySettings | None = None,
     monitor: Monitor | Literal[False] | None = None,
     threads: int | None = None,
 ) -> CheckResults:
@@ -1522,6 +1655,8 @@ def check(
         Folder in which runs will be kept: its disk is tried.
     photographs : PathLike, default None
         New folder in which the photographs are kept.
+    report : AnySettings, default None
+        A report for a maintainer.
     monitor : Monitor or False, default None
         What hears of the work: None shows progress on stderr, False shows nothing.
     threads : int, default None
@@ -1552,6 +1687,7 @@ def check(
             rehearsal=rehearsal,
             data=data,
             photographs=photographs,
+            report=report,
             monitor=monitor,
             threads=threads,
         )
@@ -1889,6 +2025,7 @@ def measure(
     groups: Sequence[AnySettings] = (),
     tilt_deg: float | None = None,
     lamps: bool = False,
+    light: PathLike | None = None,
     radius_cm: float | None = None,
     law: Literal["ac", "ace"] = "ace",
     hours: float | None = None,
@@ -1913,6 +2050,9 @@ def measure(
         `lamps`, the plants stand upright.
     lamps : bool, default False
         Whether the plants respond to the lamps of their tracks.
+    light : PathLike, default None
+        A CSV file with the columns `time_h` and `light`, hours from the first photograph on: the plants respond
+        to these lamps, and not to those of their tracks.
     radius_cm : float, default None
         Radius of the stems in the zone that bends, in cm: gives constants in growth units.
     law : Literal["ac", "ace"], default "ace"
@@ -1960,6 +2100,7 @@ def measure(
             groups=groups,
             tilt_deg=tilt_deg,
             lamps=lamps,
+            light=light,
             radius_cm=radius_cm,
             law=law,
             hours=hours,
@@ -2174,6 +2315,50 @@ def kinematics(
     >>> _ = kinematics(out="kinematics")
     """
     return execute(KinematicsPlan(species=species, out=out, monitor=monitor, threads=threads))
+
+
+def note(
+    run: PathLike,
+    text: str,
+    *,
+    step: int | None = None,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> NoteResults:
+    """A note about a run.
+
+    Parameters
+    ----------
+    run : PathLike
+        Run folder; the run may go on.
+    text : str
+        What happened, in one line of at most 500 letters.
+    step : int, default None
+        The step that it is about; the latest one if it is left out.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    NoteResults
+        What the command `tropism note` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> _ = tropism.run({"task": {"max_steps": 2}}, out="run")
+    >>> note("run", text="pot moved").step
+    2
+    """
+    return execute(NotePlan(run=run, text=text, step=step, monitor=monitor, threads=threads))
 
 
 def recovery(
@@ -3034,6 +3219,94 @@ def tune(
             out=out,
             replace=replace,
             resume=resume,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def wall(
+    *,
+    file: AnySettings | None = None,
+    rules: Sequence[Any] = ("machine", "dormant"),
+    plants: int = 90,
+    species: AnySettings | None = None,
+    variation: float = 1.0,
+    faults: AnySettings | None = None,
+    learning_h: float = 24.0,
+    period_min: float = 5.0,
+    max_steps: int = 1000,
+    seed: int = 1,
+    out: PathLike | None = None,
+    replace: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> WallResults:
+    """Grows virtual plants before a wall under each rule.
+
+    Parameters
+    ----------
+    file : AnySettings, default None: the paper's
+        The wall.
+    rules : Sequence[Any], default ['machine', 'dormant']
+        Rules that run in the nodes, each with the same plants.
+    plants : int, default 90
+        Number of plants, 1 to 100000.
+    species : AnySettings, default None: the paper's
+        Species of the plants.
+    variation : float, default 1.0
+        Individual variation as a multiple of that of the species, 0 to 2.
+    faults : AnySettings, default None: the paper's
+        Faults of nodes and messages.
+    learning_h : float, default 24.0
+        For how long the nodes learn the empty scene, in h: 2 to 1000.
+    period_min : float, default 5.0
+        Time from one step to the next, in min: 0.1 to 60. Paper: 5 (section 2.1).
+    max_steps : int, default 1000
+        Largest number of steps with the plant, 1 to 100000.
+    seed : int, default 1
+        Seed of all random numbers.
+    out : PathLike, default None
+        Folder for figure and journals; none writes nothing.
+    replace : bool, default False
+        Whether files that are there are replaced.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    WallResults
+        What the command `tropism wall` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> [rule] = wall(rules=["machine"], plants=2).rules
+    >>> rule.whole.of
+    2
+    """
+    return execute(
+        WallPlan(
+            file=file,
+            rules=rules,
+            plants=plants,
+            species=species,
+            variation=variation,
+            faults=faults,
+            learning_h=learning_h,
+            period_min=period_min,
+            max_steps=max_steps,
+            seed=seed,
+            out=out,
+            replace=replace,
             monitor=monitor,
             threads=threads,
         )

@@ -9,8 +9,8 @@
 //! <https://healthchecks.io/docs/http_api/>.
 
 mod channel;
-mod broker;
 mod discovery;
+mod broker;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
