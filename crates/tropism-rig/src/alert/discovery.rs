@@ -29,25 +29,19 @@ pub(super) fn announcement(alert: &MqttAlert, run: &str) -> Option<(String, Valu
         entity.as_object_mut().expect("an object").extend(more);
         (key.to_owned(), entity)
     };
-    let sensor = |key: &str, name: &str, more: Value| {
-        let (key, mut entity) = entity("sensor", key, name, more);
+    // An entity that shows a key of the status, or what a template makes of it.
+    let shown = |platform: &str, key: &str, name: &str, more: Value| {
+        let (key, mut entity) = entity(platform, key, name, more);
         entity["state_topic"] = status.clone().into();
-        if entity.get("value_template").is_none() {
+        if entity["value_template"].is_null() {
             entity["value_template"] = value(&key).into();
         }
         (key, entity)
     };
+    let sensor = |key: &str, name: &str, more: Value| shown("sensor", key, name, more);
     let length =
         json!({"unit_of_measurement": "cm", "device_class": "distance", "suggested_display_precision": 1});
     let is_wrong = "{{ 'ON' if value_json.state in ['paused', 'fault', 'lost'] else 'OFF' }}";
-    let (_, problem) = entity(
-        "binary_sensor",
-        "problem",
-        "Problem",
-        json!({"device_class": "problem", "value_template": is_wrong}),
-    );
-    let mut problem = problem;
-    problem["state_topic"] = status.clone().into();
     let next = "{{ (value_json.next_unix_s | default(none)) and (value_json.next_unix_s | as_datetime) }}";
     let components: serde_json::Map<String, Value> = [
         sensor("tip_y_cm", "Tip height", length.clone()),
@@ -60,7 +54,12 @@ pub(super) fn announcement(alert: &MqttAlert, run: &str) -> Option<(String, Valu
         ),
         sensor("state", "State", json!({"icon": "mdi:sprout"})),
         sensor("text", "Last event", json!({"icon": "mdi:message-text"})),
-        ("problem".to_owned(), problem),
+        shown(
+            "binary_sensor",
+            "problem",
+            "Problem",
+            json!({"device_class": "problem", "value_template": is_wrong}),
+        ),
         entity("camera", "photograph", "Photograph", json!({"topic": topic("photograph")})),
         entity(
             "button",
