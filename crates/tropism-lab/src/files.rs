@@ -230,7 +230,19 @@ pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, FileError> {
 /// # Errors
 /// As [`read_toml`].
 pub(crate) fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, FileError> {
+    check_settings_size(path, text)?;
     toml::from_str(text).map_err(|error| parse(path)(TomlError::new(text, error)))
+}
+
+/// The largest file of settings, in bytes. Chosen: far more than anybody writes; reading takes fifty times as much memory.
+const MOST_TOML_BYTES: usize = 4 << 20;
+
+fn check_settings_size(path: &Path, text: &str) -> Result<(), FileError> {
+    if text.len() <= MOST_TOML_BYTES {
+        return Ok(());
+    }
+    let found = format!("found {} bytes of settings, wanted at most {MOST_TOML_BYTES}", text.len());
+    Err(FileError::content(path, found))
 }
 
 /// The most faults of one file that are reported at once.
@@ -239,6 +251,9 @@ const MOST_FAULTS: usize = 20;
 /// Everything that [`read_toml`] finds wrong in the text of the TOML file at `path`: each line or table that is refused is left
 /// out in turn, and the rest is read again. What is missing is reported only if nothing else is wrong.
 pub(crate) fn toml_faults<T: DeserializeOwned>(path: &Path, text: &str) -> Vec<FileError> {
+    if let Err(error) = check_settings_size(path, text) {
+        return vec![error];
+    }
     let mut rest = text.to_owned();
     let mut faults = Vec::new();
     while let Err(error) = toml::from_str::<T>(&rest) {
