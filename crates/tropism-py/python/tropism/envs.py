@@ -207,10 +207,35 @@ def _remade(kind: Any, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any
     return kind(*arguments, **named)
 
 
-class _PlantEnv(_Remembers, gymnasium.Env[Floats, np.int64]):
-    """One plant whose places are observed."""
+class _Drawn:
+    """An environment that draws itself: as an array on demand, or in a window at each step."""
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 12}
+    render_mode: str | None
+    _window: _Window | None = None
+
+    def _picture(self) -> NDArray[np.uint8]:
+        """What there is to see now."""
+        raise NotImplementedError
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._window = self._window or _Window()
+            self._window.show(self._picture(), self.metadata["render_fps"])
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """A picture of the plant, rows x columns x 3, in the mode rgb_array."""
+        return self._picture() if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Closes the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+
+class _PlantEnv(_Remembers, _Drawn, gymnasium.Env[Floats, np.int64]):
+    """One plant whose places are observed."""
 
     def __init__(self, batch: _core.Batch, render_mode: str | None, dtype: Any = np.float64) -> None:
         self._batch = batch
@@ -229,7 +254,6 @@ class _PlantEnv(_Remembers, gymnasium.Env[Floats, np.int64]):
         self._step = 0
         self._plant: dict[str, int] = {}
         self._trail: list[Sequence[float]] = []
-        self._window: _Window | None = None
 
     def _kept(self) -> dict[str, Any]:
         # The random state only where something was drawn: the property makes one.
@@ -280,23 +304,8 @@ class _PlantEnv(_Remembers, gymnasium.Env[Floats, np.int64]):
             self._show()
         return np.array(seen, self._dtype), reward, terminated, truncated, self._info()
 
-    def render(self) -> NDArray[np.uint8] | None:
-        """A picture of the plant, (324, 432, 3), in the mode rgb_array."""
-        return self._picture() if self.render_mode == "rgb_array" else None
-
     def _picture(self, view: str = "front") -> NDArray[np.uint8]:
         return _drawn(self._batch, 0, self._batch.seen()[0], self._trail[:-1], view)
-
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self._window = self._window or _Window()
-            self._window.show(self._picture(), self.metadata["render_fps"])
-
-    def close(self) -> None:
-        """Closes the window, if there is one."""
-        if self._window is not None:
-            self._window.close()
-            self._window = None
 
 
 class TipModelEnv(_PlantEnv):
@@ -406,13 +415,11 @@ def _tents(
     return _core.TentBatch(json.dumps(settings), _task(task), vision_text, period_min, count)
 
 
-class TentEnv(_Remembers, gymnasium.Env[NDArray[np.uint8], np.int64]):
+class TentEnv(_Remembers, _Drawn, gymnasium.Env[NDArray[np.uint8], np.int64]):
     """A virtual bean through photographs with flash; the reward is of the tip that the tracker finds in them.
 
     `width` and `height` are those of the photographs; `vision` has the keys of docs/reference/rig-file.md.
     """
-
-    metadata: dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 12}
 
     def __init__(
         self,
@@ -440,8 +447,7 @@ class TentEnv(_Remembers, gymnasium.Env[NDArray[np.uint8], np.int64]):
         self._fitness = 0.0
         self._lit: list[int] = []
         self._is_over = True
-        self._picture: NDArray[np.uint8] = np.zeros((rows, columns, 3), np.uint8)
-        self._window: _Window | None = None
+        self._photograph: NDArray[np.uint8] = np.zeros((rows, columns, 3), np.uint8)
 
     def _kept(self) -> dict[str, Any]:
         random = self.__dict__.get("_np_random")
@@ -469,14 +475,12 @@ class TentEnv(_Remembers, gymnasium.Env[NDArray[np.uint8], np.int64]):
         return float(reward), bool(terminated), bool(truncated), self._seen(pictures, tips, quality)
 
     def _seen(self, pictures: NDArray[np.uint8], tips: Floats, quality: str) -> dict[str, Any]:
-        self._picture = pictures[0]
+        self._photograph = pictures[0]
         info = {"step": len(self._lit), "seed": self._seed, "fitness": self._fitness, "is_virtual": True}
         return {**info, "tip": (float(tips[0, 0]), float(tips[0, 1])), "quality": quality}
 
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self._window = self._window or _Window()
-            self._window.show(self._picture, self.metadata["render_fps"])
+    def _picture(self) -> NDArray[np.uint8]:
+        return self._photograph
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -485,7 +489,7 @@ class TentEnv(_Remembers, gymnasium.Env[NDArray[np.uint8], np.int64]):
         super().reset(seed=seed)
         info = self._begin(int(self.np_random.integers(2**32)) if seed is None else seed)
         self._show()
-        return self._picture, info
+        return self._photograph, info
 
     def step(self, action: np.int64 | int) -> tuple[NDArray[np.uint8], float, bool, bool, dict[str, Any]]:
         """Lights a lamp for one step, and takes a photograph."""
@@ -493,17 +497,7 @@ class TentEnv(_Remembers, gymnasium.Env[NDArray[np.uint8], np.int64]):
             raise PlanError("the episode is over, or none has begun: call reset before step")
         reward, terminated, truncated, info = self._advance(int(_actions([action], 1)[0]))
         self._show()
-        return self._picture, reward, terminated, truncated, info
-
-    def render(self) -> NDArray[np.uint8] | None:
-        """The last photograph, in the mode rgb_array."""
-        return self._picture if self.render_mode == "rgb_array" else None
-
-    def close(self) -> None:
-        """Closes the window, if there is one."""
-        if self._window is not None:
-            self._window.close()
-            self._window = None
+        return self._photograph, reward, terminated, truncated, info
 
 
 def _masked(infos: dict[str, Any], mask: NDArray[np.bool_] | None = None) -> dict[str, Any]:

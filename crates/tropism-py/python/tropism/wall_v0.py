@@ -71,7 +71,7 @@ try:
 except ImportError as error:
     raise ImportError("tropism.wall_v0 needs PettingZoo: pip install pettingzoo") from error
 
-from tropism.envs import FARTHEST_CM, PICTURE, _dot, _dtype, _Remembers, _Window
+from tropism.envs import FARTHEST_CM, PICTURE, _dot, _Drawn, _dtype, _Remembers
 
 __all__ = ["WallEnv", "env", "parallel_env"]
 
@@ -84,7 +84,7 @@ Floats = NDArray[Any]
 Action = Sequence[int] | NDArray[Any]
 
 
-class WallEnv(_Remembers, ParallelEnv[str, Floats, Action]):  # type: ignore[misc,unused-ignore]
+class WallEnv(_Remembers, _Drawn, ParallelEnv[str, Floats, Action]):  # type: ignore[misc,unused-ignore]
     """A virtual bean before a wall of nodes, one agent a node.
 
     `wall` has the keys of a wall file such as `tasks/wall.toml`, or is its path; `faults` has those of `tropism wall --faults`,
@@ -143,7 +143,6 @@ class WallEnv(_Remembers, ParallelEnv[str, Floats, Action]):  # type: ignore[mis
         self._seen: Floats = np.zeros((len(nodes), len(least)), self._dtype)
         # The actions of the episode, from which a copy is grown again.
         self._taken: list[NDArray[np.int64]] = []
-        self._window: _Window | None = None
 
     def _kept(self) -> dict[str, Any]:
         return {"seed": self._seed, "plant": self._plant, "taken": list(self._taken)}
@@ -256,11 +255,8 @@ class WallEnv(_Remembers, ParallelEnv[str, Floats, Action]):  # type: ignore[mis
         apex = self._wall.apex()
         return np.concatenate([self._seen.ravel(), np.array(apex, self._dtype)])
 
-    def render(self) -> NDArray[np.uint8] | None:
-        """A picture of plant and nodes, (324, 432, 3), in the mode rgb_array. Lit nodes are bright; a rim marks the path."""
-        return self._picture() if self.render_mode == "rgb_array" else None
-
     def _picture(self) -> NDArray[np.uint8]:
+        """Plant and nodes. Lit nodes are bright; a rim marks the path."""
         picture = self._wall.photograph(PICTURE[1], PICTURE[0])
         path = self._wall.path()
         for node, place, is_lit in zip(self.possible_agents, self._wall.places, self._wall.lit(), strict=True):
@@ -269,17 +265,6 @@ class WallEnv(_Remembers, ParallelEnv[str, Floats, Action]):  # type: ignore[mis
                 _dot(picture, at, 7, (230, 60, 60))
             _dot(picture, at, 5, (255, 220, 120) if is_lit else (60, 60, 60))
         return picture
-
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self._window = self._window or _Window()
-            self._window.show(self._picture(), self.metadata["render_fps"])
-
-    def close(self) -> None:
-        """Closes the window, if there is one."""
-        if self._window is not None:
-            self._window.close()
-            self._window = None
 
 
 def parallel_env(wall: edge.AnySettings | None = None, **options: Any) -> WallEnv:
