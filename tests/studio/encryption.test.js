@@ -138,8 +138,8 @@ test("certificates that cannot be used are refused by name", async (t) => {
   fs.writeFileSync(path.join(cwd, "open.pem"), fs.readFileSync(path.join(cwd, "key.pem")), { mode: 0o644 });
   for (const [cert, key, wanted] of [
     ["none.pem", "key.pem", /none\.pem/],
-    ["text.pem", "key.pem", /text\.pem: found no certificate, wanted PEM/],
-    ["certificate.pem", "text.pem", /text\.pem: found no private key, wanted PEM/],
+    ["text.pem", "key.pem", /text\.pem: no certificate here: it is PEM/],
+    ["certificate.pem", "text.pem", /text\.pem: no private key here: it is PEM/],
     ["certificate.pem", "other/key.pem", /other\/key\.pem: does not go with certificate\.pem/],
     ["certificate.pem", "open.pem", /open\.pem: found mode 644.*wanted 600/],
   ]) {

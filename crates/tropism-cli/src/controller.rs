@@ -34,7 +34,7 @@ impl FromStr for ControllerName {
             _ if text == "periodic" => Ok(Self::Periodic(PAPER_SWITCH_MIN)),
             _ if text == "greedy" => Ok(Self::Greedy),
             Some(("periodic", time)) => Ok(Self::Periodic(parse_minutes(time)?)),
-            _ if is_word(text) => Err(format!("found no file of this name, wanted {KINDS}")),
+            _ if is_word(text) => Err(format!("there is no file of this name: name {KINDS}")),
             _ => Ok(Self::File(text.into())),
         }
     }
@@ -105,7 +105,7 @@ pub(crate) fn conditions_of<'c>(
     let task = match tasks.next().filter(|_| file.task.is_none()) {
         Some(task) => {
             let is_one = tasks.all(|other| other == task);
-            ensure!(is_one, "found champions that were evolved for different tasks, wanted --task");
+            ensure!(is_one, "these champions were evolved for different tasks: choose one by --task");
             task.clone()
         }
         None => file.load()?,
@@ -114,7 +114,7 @@ pub(crate) fn conditions_of<'c>(
     let layout = first.map_or_else(Layout::default, |champion| champion.layout.clone());
     let period_min = first.map_or(PAPER_PERIOD_MIN, |champion| champion.period_min);
     let is_alike = champions().all(|other| other.layout == layout && other.period_min == period_min);
-    ensure!(is_alike, "found champions for different lamps or periods, wanted the same: compare them apart");
+    ensure!(is_alike, "these champions are for different lamps or periods: compare them apart");
     Ok(Conditions { task, layout, period_min })
 }
 

@@ -116,7 +116,7 @@ impl TentOptions {
         let is_plane = self.cameras == Some(1) || self.lamps == Some(Layout::default());
         ensure!(
             !(task.is_in_space() && is_plane),
-            "found --lamps 2 or --cameras 1, wanted 4 lamps and 2 cameras: the task is in space"
+            "the task is in space, which takes 4 lamps and 2 cameras: leave --lamps and --cameras out"
         );
         Ok(())
     }

@@ -130,9 +130,9 @@ mod tests {
     #[test]
     fn keys_of_a_plan_are_shown_as_options() {
         let text =
-            "a.toml: found results here already, wanted a new name, `resume` or `replace`; not `unknown`";
+            "a.toml: results are here already: choose a new name, `resume` or `replace`; not `unknown`";
         let wanted =
-            "a.toml: found results here already, wanted a new name, --resume or --force; not `unknown`";
+            "a.toml: results are here already: choose a new name, --resume or --force; not `unknown`";
         assert_eq!(for_user(Error::Plan(text.to_owned())).to_string(), wanted);
     }
 

@@ -69,7 +69,7 @@ fn tracks() {
         ("truncated.csv", "truncated.csv"),
         ("rows.csv", "no rows"),
         ("photo.jpg", "photo.jpg"),
-        ("photos", "photos: found a folder without a track"),
+        ("photos", "photos: no track in this folder"),
     ] {
         fails(&folder, &["fit", file, "--out", "out.json"], &[wanted]);
         fails(&folder, &["score", file], &[wanted]);
@@ -86,7 +86,7 @@ fn earlier_output_stays() {
     fails(&folder, &["fit", "track.csv", "--window", "-1,1", "--out", "model.json", "--force"], &["window"]);
     assert_eq!(fs::read(folder.path().join("model.json")).unwrap(), before);
     fs::create_dir(folder.path().join("taken")).unwrap();
-    fails(&folder, &["fit", "track.csv", "--out", "model.json"], &["found a file here already", "--force"]);
+    fails(&folder, &["fit", "track.csv", "--out", "model.json"], &["a file is here already", "--force"]);
     fails(&folder, &["fit", "track.csv", "--out", "taken"], &["taken: cannot write"]);
     fails(
         &folder,
@@ -95,8 +95,8 @@ fn earlier_output_stays() {
     );
     let grow = |plants| ["grow", "--plants", plants, "--steps", "2", "--out", "beans"];
     assert_eq!(tropism(folder.path(), &grow("2")).0, 0);
-    fails(&folder, &grow("1"), &["plant-0002.csv: found the track of one more plant"]);
-    fails(&folder, &grow("2"), &["plant-0001.csv: found a file here already", "--force"]);
+    fails(&folder, &grow("1"), &["plant-0002.csv: this is the track of one more plant"]);
+    fails(&folder, &grow("2"), &["plant-0001.csv: a file is here already", "--force"]);
     assert_eq!(tropism(folder.path(), &[&grow("2")[..], &["--force"]].concat()).0, 0);
     fs::write(folder.path().join("forecast.json"), "kept").unwrap();
     let baseline = ["baseline", "--model", "model.json", "--count", "10", "--out", "forecast.json"];
@@ -106,21 +106,21 @@ fn earlier_output_stays() {
         &["calibrate", "track.csv", "--out", "forecast.json"],
         &["forecast", "--models", "model.json", "--out", "."],
     ] {
-        fails(&folder, words, &["forecast.json: found a file here already", "a new name, or --force"]);
+        fails(&folder, words, &["forecast.json: a file is here already", "or replace it by --force"]);
         assert_eq!(fs::read(folder.path().join("forecast.json")).unwrap(), b"kept");
     }
     assert_eq!(tropism(folder.path(), &[&baseline[..], &["--force"]].concat()).0, 0);
     assert_ne!(fs::read(folder.path().join("forecast.json")).unwrap(), b"kept");
     fs::write(folder.path().join("rule.search.jsonl"), "").unwrap();
     let tune = ["tune", "--model", "model.json", "--generations", "1", "--out", "rule.json"];
-    fails(&folder, &tune, &["rule.search.jsonl: found an interrupted search", "--resume"]);
+    fails(&folder, &tune, &["rule.search.jsonl: an interrupted search is here", "--resume"]);
 }
 
 #[test]
 fn options_that_would_do_nothing() {
     let folder = folder();
     let tune = ["tune", "--model", "model.json", "--out", "rule.json", "--variation", "0.5"];
-    fails(&folder, &tune, &["--variation", "wanted --beans"]);
+    fails(&folder, &tune, &["--variation", "go with --beans"]);
     fails(&folder, &["evolve", "--out", "e", "--resume"], &["e/evolution.toml: cannot read"]);
     fs::write(folder.path().join("methods.toml"), "replicates = 2\n[[scenarios]]\nname = \"one\"\n").unwrap();
     fs::write(
@@ -130,14 +130,14 @@ fn options_that_would_do_nothing() {
     .unwrap();
     let space = ["--controller", "greedy", "--task", "space.toml", "--lamps", "2", "--out", "n.json"];
     for command in [&["grow"][..], &["run", "--rig", "greenhouse"]] {
-        fails(&folder, &[command, &space].concat(), &["--lamps 2", "wanted 4 lamps"]);
+        fails(&folder, &[command, &space].concat(), &["takes 4 lamps", "leave --lamps"]);
     }
     let study = ["study", "methods.toml", "--keep", "photographs", "--out", "study"];
-    fails(&folder, &study, &["found --keep", "wanted none"]);
+    fails(&folder, &study, &["--keep does not go with"]);
     fs::write(folder.path().join("nowhere.toml"), "targets = []\n").unwrap();
     let nowhere = ["--model", "model.json", "--task", "nowhere.toml", "--out", "n.json"];
     for command in ["baseline", "tune", "evolve"] {
-        fails(&folder, &[&[command], &nowhere[..]].concat(), &["--task: found no targets"]);
+        fails(&folder, &[&[command], &nowhere[..]].concat(), &["--task: it has no targets"]);
     }
     fails(
         &folder,
@@ -290,7 +290,7 @@ fn tasks_rigs_and_studies() {
     let command = "[camera]\ncommand = [\"camera\"]\n[lamps]\nleft = [\"l\"]\nright = [\"r\"]\ndark = [\"d\"]\n\
                    [calibration]\npx_per_cm = 9.0\nwidth = 648\nheight = 486\nbase = { x = 324.0, y = 400.0 }\n";
     fs::write(folder.path().join("real.toml"), command).unwrap();
-    fails(&folder, &speed("real.toml", "2"), &["--speed 2: found a real tent"]);
+    fails(&folder, &speed("real.toml", "2"), &["--speed 2: this is a real tent"]);
     assert!(!folder.path().join("r").exists());
 }
 
@@ -298,7 +298,7 @@ fn tasks_rigs_and_studies() {
 fn photographs() {
     let folder = folder();
     fails(&folder, &["track", "absent", "--out", "t.csv"], &["absent: cannot read"]);
-    fails(&folder, &["track", "photos", "--out", "t.csv"], &["photos: found no .jpg"]);
+    fails(&folder, &["track", "photos", "--out", "t.csv"], &["photos: no photographs here: no .jpg"]);
     fails(&folder, &["track", "photo.jpg", "--out", "t.csv"], &["photo.jpg", "wanted a JPEG, PNG or TIFF"]);
     fails(&folder, &["track", "photo.jpg", "--roi", "1,2,3", "--out", "t.csv"], &["wanted X,Y,WIDTH,HEIGHT"]);
     assert!(!folder.path().join("t.csv").exists());
@@ -309,16 +309,20 @@ fn folders_that_are_taken() {
     let folder = folder();
     let run = ["run", "--rig", "greenhouse", "--controller", "periodic", "--steps", "2", "--out", "r"];
     assert_eq!(tropism(folder.path(), &run).0, 0);
-    fails(&folder, &run, &["r: found a run here already", "--resume"]);
+    fails(&folder, &run, &["r: a run is here already", "--resume"]);
     let other = [&run[..], &["--resume", "--seed", "9"]].concat();
     fails(&folder, &other, &["run.toml", "other settings", "seed = 1"]);
     let evolve = ["evolve", "--model", "model.json", "--runs", "1", "--generations", "2", "--out", "e"];
     assert_eq!(tropism(folder.path(), &evolve).0, 0);
-    fails(&folder, &evolve, &["e: found an evolution here already"]);
+    fails(&folder, &evolve, &["e: an evolution is here already"]);
     assert_eq!(tropism(folder.path(), &["export", "r", "--out", "exported"]).0, 0);
-    fails(&folder, &["status", "absent"], &["absent: found no such folder or file, wanted a folder that"]);
-    fails(&folder, &["status", "exported"], &["exported: found no journal", "exports"]);
-    fails(&folder, &["report", "photos", "--out", "report.html"], &["photos: found no run.toml"]);
+    fails(&folder, &["status", "absent"], &["absent: there is no such folder or file: name a folder that"]);
+    fails(&folder, &["status", "exported"], &["exported: there is no journal", "exports"]);
+    fails(
+        &folder,
+        &["report", "photos", "--out", "report.html"],
+        &["photos: this is not the folder of a finished run"],
+    );
 }
 
 #[test]
@@ -347,7 +351,7 @@ fn numbers_out_of_range() {
     fails(
         &folder,
         &["studio", "model.json", "--listen", "127.0.0.1:0"],
-        &["model.json: found a file, wanted"],
+        &["model.json: this is a file: name a folder"],
     );
     fails(&folder, &["grow", "--plants", "0", "--out", "g"], &["--plants"]);
     assert!(!folder.path().join("e").exists() && !folder.path().join("g").exists());
@@ -395,7 +399,7 @@ fn beans_scenes_and_faults() {
     fails(&folder, &[&run[..], &["--variation", "3"]].concat(), &["--variation 3, wanted 0 to 2"]);
     put("rig.toml", "[greenhouse]\n");
     let rig = ["run", "--rig", "rig.toml", "--controller", "greedy", "--out", "r", "--variation", "0"];
-    fails(&folder, &rig, &["rig.toml, wanted them in its [greenhouse]"]);
+    fails(&folder, &rig, &["rig.toml: write them into its [greenhouse]"]);
     for (fault_policy, wanted) in [
         ("moved_px = -1", "rig.toml: found fault_policy.moved_px = -1, wanted 0 to 100000, or inf"),
         ("hot_c = nan", "rig.toml: found fault_policy.hot_c = NaN, wanted 0 to 200, or inf"),
@@ -428,13 +432,12 @@ fn pipes_devices_and_folders_are_no_files_and_are_not_waited_for() {
     let folder = folder();
     assert!(Command::new("mkfifo").arg(folder.path().join("pipe.csv")).status().unwrap().success());
     fs::create_dir(folder.path().join("folder.csv")).unwrap();
-    for (file, found) in
-        [("pipe.csv", "found a pipe"), ("folder.csv", "found a folder"), ("/dev/zero", "a device")]
+    for (file, found) in [("pipe.csv", "this is a pipe"), ("folder.csv", "folder"), ("/dev/zero", "a device")]
     {
         for command in [&["score", file][..], &["fit", file, "--out", "m.json"]] {
             fails(&folder, command, &[file, found]);
         }
     }
     let rig = ["run", "--rig", "pipe.csv", "--controller", "greedy", "--out", "r"];
-    fails(&folder, &rig, &["pipe.csv", "found a pipe"]);
+    fails(&folder, &rig, &["pipe.csv", "this is a pipe"]);
 }

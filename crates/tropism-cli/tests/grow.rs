@@ -87,10 +87,10 @@ fn photographs_are_those_of_a_run_and_survive_an_interruption() {
         fs::remove_file(here.join("beans").join(lost)).unwrap();
     }
     let refused = tropism(here, &[&grow[..], &["beans"]].concat()).unwrap_err();
-    assert!(refused.contains("beans/plant-0001: found a plant here already"), "{refused}");
+    assert!(refused.contains("beans/plant-0001: a plant is here already"), "{refused}");
     let refused = tropism(here, &[&grow[..], &["beans", "--resume", "--seed", "2"]].concat()).unwrap_err();
     assert!(
-        refused.contains("plant-0001/run.toml: found a plant with other settings: --seed = "),
+        refused.contains("plant-0001/run.toml: a plant with other settings is here: --seed = "),
         "{refused}"
     );
     tropism(here, &[&grow[..], &["beans", "--resume"]].concat()).unwrap();

@@ -54,7 +54,7 @@ fn stays(folder: &TempDir, words: &[&str], output: &str, input: &str) {
     let result = tropism(folder.path(), words);
     let message = said(&result);
     assert_eq!(result.status.code(), Some(1), "{words:?}: {message}");
-    let wanted = [format!("{output}: found the input "), format!("{input} here")];
+    let wanted = [format!("{output}: this is the input "), format!("{input}: choose another name")];
     assert!(wanted.iter().all(|part| message.contains(part)), "{words:?}: {message}");
     assert!(fs::read(folder.path().join(input)).unwrap() == before, "{words:?}");
 }

@@ -70,7 +70,7 @@ fn champions_are_found_where_they_lie() {
     let words = ["show", "evolution"];
     let none = Command::new(env!("CARGO_BIN_EXE_tropism")).current_dir(&folder).args(words).output().unwrap();
     let message = String::from_utf8_lossy(&none.stderr).into_owned();
-    assert!(message.contains("evolution: found an evolution that has just begun"), "{message}");
+    assert!(message.contains("evolution: this evolution has just begun"), "{message}");
     fs::copy(folder.path().join("alone.json"), champion).unwrap();
     // On another model than its own it steers nothing, unless that one is named.
     fs::write(folder.path().join("task.toml"), "").unwrap();

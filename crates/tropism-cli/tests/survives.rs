@@ -327,7 +327,7 @@ fn a_run_that_was_down_for_long_asks_before_it_goes_on() {
     done(&real.command(&["--resume"]).output().unwrap());
     assert_eq!(rows(&real.run()).len(), 41);
     let again = real.command(&[]).output().unwrap();
-    assert!(String::from_utf8_lossy(&again.stderr).contains("found a run here already, and it is over"));
+    assert!(String::from_utf8_lossy(&again.stderr).contains("a run is here already, and it is over"));
 }
 
 /// On a disk of its own, which needs the right to mount one.

@@ -177,7 +177,7 @@ fn is_told_and_compared(folder: &TempDir) {
 
     fs::remove_file(folder.path().join("whole/units/setting-2-seed-8/unit.json")).unwrap();
     let refused = tropism(folder, &["report", "whole", "--out", "report.html"]);
-    assert!(String::from_utf8_lossy(&refused.stderr).contains("found a sweep that is not finished"));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("this sweep is not finished"));
     fs::remove_file(folder.path().join("whole/sweep.json")).unwrap();
     let status = assert_ok(&tropism(folder, &["status", "whole"]));
     assert!(status.contains("units        3 of 4 (2 settings with 2 seeds)"), "{status}");
@@ -219,22 +219,22 @@ fn what_is_wrong_with_a_sweep_is_named_before_any_work() {
         "wrong.toml: grid: evolution.neat.populatoin = 5: unknown field `populatoin`",
     );
     refused(&of_model("seed = 3"), &[], "wrong.toml: line 2: found \"seed = 3\": unknown field `seed`");
-    refused("seeds = 2", &[], "found no --model, wanted that on which controllers evolve");
+    refused("seeds = 2", &[], "--model is missing: name that on which controllers evolve");
     refused("seeds = 2", &["--model", "absent.json"], "absent.json: cannot read");
     refused(&of_model("seeds = 2"), &["--unit", "3"], "found unit = 3, wanted 1 to 2");
-    refused("[replicates]", &["--model", "model.json"], "replicates make models of their own");
+    refused("[replicates]", &["--model", "model.json"], "replicates, which make models of their own");
     assert_ok(&tropism(&folder, &["sweep", "sweep.toml", "--out", "once"]));
     let twice = tropism(&folder, &["sweep", "sweep.toml", "--out", "once"]);
     assert!(
         String::from_utf8_lossy(&twice.stderr)
-            .contains("found a sweep here already, wanted a new folder (--out) or --resume")
+            .contains("a sweep is here already: choose a new folder (--out), or go on with it by --resume")
     );
     fs::write(folder.path().join("sweep.toml"), SWEEP.replace("[3, 8]", "[3]")).unwrap();
     for more in [["--resume", "--quiet"], ["--unit", "1"]] {
         let other = tropism(&folder, &[&["sweep", "sweep.toml", "--out", "once"], &more[..]].concat());
         assert!(
             String::from_utf8_lossy(&other.stderr)
-                .contains("with other settings: `seeds` = [3,8], wanted [3];")
+                .contains("with other settings is here: `seeds` = [3,8], wanted [3]:")
         );
     }
 }
@@ -291,11 +291,8 @@ fn what_needs_python_says_what_to_install_where_there_is_none() {
         assert!(!output.status.success() && error.contains(wanted), "{error}");
     }
     for (words, wanted) in [
-        (["--workers", "2"], "wanted --engine ray with them"),
-        (
-            ["--out=memory://sweep", "--unit=1"],
-            "found --out memory://sweep, wanted a folder with --unit or --list",
-        ),
+        (["--workers", "2"], "go with --engine ray"),
+        (["--out=memory://sweep", "--unit=1"], "--out memory://sweep must be a folder with --unit or --list"),
     ] {
         let output = tropism(&folder, &[&["sweep", "sweep.toml"], &words[..]].concat());
         let error = String::from_utf8_lossy(&output.stderr);

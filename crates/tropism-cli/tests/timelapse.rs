@@ -136,11 +136,11 @@ fn bad_input_is_a_clear_line_and_leaves_nothing() {
     fails(&film(&["run", "--out", "a.png"]), "a.png: wanted .gif, .mp4 or .jpg");
     fails(&film(&["run", "--out", "no/such/a.gif"]), "no/such/a.gif: cannot write");
     fails(&film(&["run", "--out", "a.gif", "--crop", "9000,0,10,10"]), "9000,0,10,10 of --crop inside");
-    fails(&film(&["run/photographs", "--out", "a.gif", "--crop", "plant"]), "found no calibration");
+    fails(&film(&["run/photographs", "--out", "a.gif", "--crop", "plant"]), "has no calibration");
     fails(&film(&["run", "--out", "a.gif", "--fps", "0"]), "--fps");
     fails(&film(&["run", "--out", "a.gif", "--every", "0"]), "--every");
     fs::create_dir(folder.path().join("texts")).unwrap();
-    fails(&film(&["texts", "--out", "a.gif"]), "texts: found no .jpg");
+    fails(&film(&["texts", "--out", "a.gif"]), "texts: no photographs here: no .jpg");
     fs::write(folder.path().join("texts/a.jpg"), "no photograph").unwrap();
     fails(&film(&["texts", "--out", "a.gif"]), "a.jpg: found a file that starts with");
     fs::write(folder.path().join("texts/run.toml"), "").unwrap();
@@ -174,7 +174,7 @@ fn mp4_is_made_by_ffmpeg_where_there_is_one() {
         ]);
         command.output().unwrap()
     };
-    fails(&film(bin.to_str().unwrap()), "found no ffmpeg on the PATH");
+    fails(&film(bin.to_str().unwrap()), "needs ffmpeg, which is not on the PATH");
     assert!(!folder.path().join("a.part.mp4").exists());
     // One that keeps what it is given, and how it is called.
     let stand_in = |script: &str| {

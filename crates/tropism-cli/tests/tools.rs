@@ -91,7 +91,7 @@ fn a_run_is_exported_whole_and_nothing_is_overwritten() {
 
     for out in ["bean.tar", "copy"] {
         let (code, _, error) = tropism(folder, &["export", "bean", "--out", out]);
-        assert!(code == 1 && error.contains("found something here already"), "{error}");
+        assert!(code == 1 && error.contains("something is here already"), "{error}");
     }
     let (_, _, error) = tropism(folder, &["export", "bean", "--out", "bean/inside"]);
     assert!(error.contains("inside the run folder"), "{error}");
@@ -144,7 +144,7 @@ fn status_tells_what_a_run_does() {
     assert!(text.contains("             step 6: finished: 6 steps"), "{text}");
     assert!(text.contains("bean: over, a virtual plant") && text.contains("6 of 6 at most"), "{text}");
     let (code, _, error) = tropism(folder, &["status", "."]);
-    assert!(code == 1 && error.contains("found no run.toml, evolution.toml, study.toml"), "{error}");
+    assert!(code == 1 && error.contains("this is no folder that `run`, `evolve`"), "{error}");
 }
 
 #[cfg(unix)]
@@ -182,7 +182,7 @@ fn a_run_is_stopped_in_order_and_goes_on_later() {
     child.wait().unwrap();
 
     let (code, _, error) = tropism(folder, &["stop", "."]);
-    assert!(code == 1 && error.contains("wanted a run folder"), "{error}");
+    assert!(code == 1 && error.contains("this is no run folder"), "{error}");
 }
 
 #[test]
@@ -221,7 +221,7 @@ fn all_light_is_put_off_even_if_one_device_does_not_obey() {
 
     fs::write(folder.join("rig.toml"), rig("[\"false\"]")).unwrap();
     let (code, out, error) = tropism(folder, &["safe-state", "rig.toml"]);
-    assert!(code == 1 && error.contains("1 of 3 devices that did not confirm"), "{error}");
+    assert!(code == 1 && error.contains("1 of 3 devices did not confirm"), "{error}");
     assert!(out.contains("left lamp: off") && out.contains("right lamp: NOT KNOWN TO BE OFF"), "{out}");
     let (_, _, error) = tropism(folder, &["safe-state", "absent.toml"]);
     assert!(error.contains("absent.toml: cannot read"), "{error}");

@@ -260,7 +260,10 @@ fn results_are_never_replaced_unasked() {
     let before = fs::read(folder.path().join("one.csv")).unwrap();
     let (code, _, error) = tropism(folder.path(), &format!("{ONE} --mode paper"));
     assert_eq!(code, 1);
-    assert!(error.contains("found results here already, wanted a new name, --resume"), "{error}");
+    assert!(
+        error.contains("results are here already: choose a new name, go on with them by --resume"),
+        "{error}"
+    );
     assert!(fs::read(folder.path().join("one.csv")).unwrap() == before);
     succeeds(&folder, &format!("{ONE} --mode paper --force"));
     assert!(fs::read(folder.path().join("one.csv")).unwrap() != before);
@@ -463,7 +466,7 @@ fn a_guide_is_a_page_that_needs_nothing_beside_it() {
     assert_ne!(page(), first);
     fs::write(folder.path().join("mine.html"), "<p>mine").unwrap();
     let (code, _, error) = tropism(folder.path(), "track photos --guide mine.html");
-    assert!(code == 1 && error.contains("mine.html: found another file here already"), "{error}");
+    assert!(code == 1 && error.contains("mine.html: another file is here already"), "{error}");
 }
 
 #[test]
@@ -538,7 +541,7 @@ fn calibrations_come_from_marks_geometry_and_a_checkerboard() {
         ("calibrate-camera board.toml --mark 1,2,3,4=5 --out t.toml", "wanted a JPEG, PNG or TIFF"),
         (
             "calibrate-camera board.jpg --mark 1,2,3,4=5 --out board.toml",
-            "board.toml: found a file here already",
+            "board.toml: a file is here already",
         ),
     ] {
         let (code, _, error) = tropism(folder.path(), line);
@@ -577,7 +580,7 @@ fn two_cameras_see_in_space() {
         assert!(code == 1 || code == 2, "{line}: {code}");
         assert!(error.contains(wanted) && !error.contains("panicked"), "{line}: {error}");
     };
-    error("depth one.csv side.csv --distance 74,74 --out space.csv", "space.csv: found a file here already");
+    error("depth one.csv side.csv --distance 74,74 --out space.csv", "space.csv: a file is here already");
     error("depth one.csv side.csv --distance 74,0 --out t.csv", "found --distance 74,0");
     error("depth one.csv absent.csv --distance 74,74 --out t.csv", "absent.csv: cannot read");
     fs::remove_file(folder.path().join("side.json")).unwrap();
@@ -639,7 +642,7 @@ fn wrong_use_is_one_clear_line() {
     put("slash.toml", "[[plant]]\nname = \"../a\"\n");
     put("none.toml", "plant = []\n");
     for (line, wanted) in [
-        ("track empty --out t.csv", "empty: found no .jpg, .jpeg, .png, .tif or .tiff file"),
+        ("track empty --out t.csv", "empty: no photographs here: no .jpg, .jpeg, .png, .tif or .tiff file"),
         ("track photos --roi 100,50,50,50 --out t.csv", "--roi: found region"),
         (
             "track photos --roi 0,0,50,50 --roi 50,0,50,50 --base 5,5 --out t.csv",
@@ -649,9 +652,9 @@ fn wrong_use_is_one_clear_line() {
             "track photos --calibration small.toml --out t.csv",
             "found no plant in any of 12 photographs (foreign 12)",
         ),
-        ("track photos --plant-file twice.toml --out t.csv", "found two plants of the name \"a\""),
+        ("track photos --plant-file twice.toml --out t.csv", "two plants have the name \"a\""),
         ("track photos --plant-file slash.toml --out t.csv", "found name \"../a\""),
-        ("track photos --plant-file none.toml --out t.csv", "found no [[plant]]"),
+        ("track photos --plant-file none.toml --out t.csv", "there is no [[plant]]"),
         ("track photos --time exif --out t.csv", "found times in the Exif headers of 0 of 12"),
         ("track photos --scale 1,2,3=4 --out t.csv", "wanted pixels per cm"),
         ("track photos --scale 1,2,1,2=4 --out t.csv", "wanted pixels per cm"),

@@ -104,7 +104,7 @@ impl Workflow for CalibratePlan {
     fn check(&self) -> Result<(), Error> {
         self.species.check().map_err(Error::in_plan("species"))?;
         if self.tracks.is_empty() {
-            return Err(Error::Plan("found no `tracks`, wanted at least one".to_owned()));
+            return Err(Error::Plan("`tracks` is empty: name at least one".to_owned()));
         }
         if !(0.1..=120.0).contains(&self.interval_min) {
             let found = self.interval_min;

@@ -129,7 +129,7 @@ impl Workflow for CalibrateCameraPlan {
             }
             ScaleSource::Marks(marks) => {
                 let is_long = |mark: &Mark| mark.length_cm > 0.0 && mark.length_cm.is_finite();
-                let wanted = || "found no mark with a length, wanted one".to_owned();
+                let wanted = || "no mark has a length: give one".to_owned();
                 check(!marks.is_empty() && marks.iter().all(is_long), wanted)?;
             }
         }
@@ -153,7 +153,7 @@ impl Workflow for CalibrateCameraPlan {
                 let board = Checkerboard { columns, rows, square_cm };
                 let found = board.find(&image).map_err(Error::at(&place))?;
                 let fit = Lens::fit(&found, width, height).ok_or_else(|| {
-                    let problem = "found a checkerboard that fits no lens, wanted a flat one";
+                    let problem = "the checkerboard fits no lens: it must be flat";
                     Error::at(&place)(problem)
                 })?;
                 calibration.px_per_cm = fit.lens.px_per_cm(calibration.base, width, height);
@@ -165,7 +165,7 @@ impl Workflow for CalibrateCameraPlan {
                 let marks: Vec<([Pixel; 2], f64)> =
                     marks.iter().map(|mark| (mark.ends, mark.length_cm)).collect();
                 let scale = Calibration::fit_scale(&marks)
-                    .ok_or_else(|| Error::Plan("found no mark with a length, wanted one".to_owned()))?;
+                    .ok_or_else(|| Error::Plan("no mark has a length: give one".to_owned()))?;
                 (calibration.px_per_cm, calibration.residual_mm) = scale;
             }
         }

@@ -73,7 +73,7 @@ impl Workflow for DepthPlan {
         let beside = self.out.with_extension("json");
         if beside == self.out {
             return Err(Error::Plan(format!(
-                "`out` {}: found the name of the file beside the track, wanted one that ends in .csv",
+                "`out` {}: this is the name of the file beside the track: choose one that ends in .csv",
                 self.out.display()
             )));
         }
@@ -99,7 +99,7 @@ impl Workflow for DepthPlan {
         let rows = triangulate(&views, &front, &side);
         if rows.is_empty() {
             return Err(Error::Plan(format!(
-                "{}, {}: found no step at which both have a measured tip, wanted photographs taken at the same steps",
+                "{}, {}: no step has a measured tip in both: photographs must be taken at the same steps",
                 self.front.display(),
                 self.side.display()
             )));

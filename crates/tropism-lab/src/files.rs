@@ -180,10 +180,10 @@ const MOST_BYTES: u64 = 2 << 30;
 fn check_regular(path: &Path) -> Result<(), FileError> {
     let about = fs::metadata(path).map_err(disk("read", path))?;
     if about.is_dir() {
-        return Err(FileError::content(path, "found a folder, wanted a file"));
+        return Err(FileError::content(path, "this is a folder: name a file"));
     }
     if !about.is_file() {
-        return Err(FileError::content(path, "found a pipe, a socket or a device, wanted a file"));
+        return Err(FileError::content(path, "this is a pipe, a socket or a device: name a file"));
     }
     if about.len() > MOST_BYTES {
         let problem = format!("found {} bytes, wanted at most {MOST_BYTES}", about.len());
@@ -356,8 +356,7 @@ fn tracks_in(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
     }
     found.sort_by_cached_key(|path| tropism::photo::natural_order(&path.to_string_lossy()));
     if found.is_empty() {
-        let problem =
-            "found a folder without a track, wanted track.csv, folders of runs, or CSV files of tracks in it";
+        let problem = "no track in this folder: no track.csv, no folders of runs, no CSV files of tracks";
         return Err(FileError::content(folder, problem));
     }
     Ok(found)
@@ -487,7 +486,7 @@ pub(crate) fn check_replaceable(path: &Path) -> Result<Replaceable, FileError> {
     match fs::metadata(path) {
         Ok(about) if !about.is_file() && !about.is_dir() => Ok(Replaceable::Stream),
         _ if is_link => {
-            let problem = "found a symbolic link, wanted the path of the file itself".to_owned();
+            let problem = "this is a symbolic link: name the file itself".to_owned();
             Err(FileError::content(path, problem))
         }
         _ => Ok(Replaceable::File),
@@ -565,7 +564,7 @@ pub(crate) fn check_free(path: &Path, is_replaced: bool) -> Result<(), crate::Er
     }
     let path = path.display();
     Err(crate::Error::Plan(format!(
-        "{path}: found a file here already, wanted a new name, or `replace` to replace it"
+        "{path}: a file is here already: choose a new name, or replace it by `replace`"
     )))
 }
 
@@ -656,7 +655,7 @@ pub(crate) fn check_outputs_with(
         let found = identity(&input);
         if let Some((_, output)) = written.iter().find(|(identity, _)| found.as_ref() == Some(identity)) {
             return Err(crate::Error::Plan(format!(
-                "{}: found the input {} here, wanted another name for the output: it would overwrite what it is made of",
+                "{}: this is the input {}: choose another name for the output, which would overwrite what it is made of",
                 output.display(),
                 input.display()
             )));
@@ -698,7 +697,7 @@ pub(crate) fn check_unlinked(folder: &Path, path: &Path) -> Result<(), FileError
     let parts = path.ancestors().take_while(|part| *part != folder);
     for part in parts {
         if fs::symlink_metadata(part).is_ok_and(|about| about.file_type().is_symlink()) {
-            return Err(FileError::content(part, "found a symbolic link, wanted the file itself"));
+            return Err(FileError::content(part, "this is a symbolic link: name the file itself"));
         }
     }
     Ok(())
@@ -851,7 +850,7 @@ mod tests {
         std::os::unix::fs::symlink(folder.path().join("absent"), &dangling).unwrap();
         for path in [&link, &dangling] {
             let error = write(path, b"after").unwrap_err().to_string();
-            assert!(error.contains("found a symbolic link"), "{error}");
+            assert!(error.contains("this is a symbolic link"), "{error}");
             assert!(check_outputs(from_ref(path), &[]).is_err());
             assert!(fs::symlink_metadata(path).unwrap().is_symlink());
         }
@@ -877,7 +876,7 @@ mod tests {
     fn errors_name_the_file() {
         let folder = tempfile::tempdir().unwrap();
         let error = photographs(&[folder.path().to_owned()]).unwrap_err().to_string();
-        assert!(error.contains("wanted photographs"), "{error}");
+        assert!(error.contains("no photographs here"), "{error}");
         let absent = folder.path().join("absent.csv");
         assert!(read_track(&absent).unwrap_err().to_string().contains("absent.csv: cannot read"));
         write(&absent, b"x,y\n").unwrap();

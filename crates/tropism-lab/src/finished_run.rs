@@ -67,7 +67,7 @@ impl FinishedRun {
         let file = path.join("track.csv");
         if !file.exists() {
             return Err(Error::Plan(format!(
-                "{}: found a run that is not over, wanted its track.csv; go on with it by --resume",
+                "{}: this run is not over and has no track.csv: go on with it by --resume",
                 path.display()
             )));
         }

@@ -72,12 +72,12 @@ impl Workflow for FitPlan {
         // The settings of the model are checked when it is fitted, which is the first thing that is done with the
         // tracks.
         if self.tracks.is_empty() {
-            return Err(Error::Plan("found no `tracks`, wanted at least one".to_owned()));
+            return Err(Error::Plan("`tracks` is empty: name at least one".to_owned()));
         }
         if !self.kind.has_settings() && self.model != TipModelConfig::default() {
             let kind = self.kind.name();
             return Err(Error::Plan(format!(
-                "found settings of a tip-motion model, wanted none with `kind` {kind}, which has no settings"
+                "these are settings of a tip-motion model: `kind` {kind} has none"
             )));
         }
         files::check_outputs(std::slice::from_ref(&self.out), &self.tracks)?;

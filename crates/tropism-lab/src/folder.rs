@@ -41,7 +41,7 @@ pub enum FolderError {
     },
     /// It holds a run that is over.
     #[error(
-        "{path}: found a run here already, and it is over; wanted a new folder (or --resume to write its track again)"
+        "{path}: a run is here already, and it is over: choose a new folder, or write its track again by --resume"
     )]
     Taken {
         /// The folder.

@@ -12,7 +12,7 @@ use crate::files::{self, FileError};
 #[non_exhaustive]
 pub enum LockError {
     /// Another program works in it.
-    #[error("{path}: found the run in use by another program{}, wanted it free", in_brackets(*process))]
+    #[error("{path}: another program{} uses this run: wait for it, or stop it", in_brackets(*process))]
     InUse {
         /// The folder.
         path: PathBuf,
@@ -118,7 +118,7 @@ pub fn holder(path: &Path) -> Result<Option<u32>, FileError> {
         // The holder has the lock but has not yet written its number.
         std::thread::sleep(PAUSE);
     }
-    let problem = "found it locked without the number of a living process, wanted one".to_owned();
+    let problem = "it is locked, and the lock names no living process".to_owned();
     Err(FileError::content(&name, problem))
 }
 

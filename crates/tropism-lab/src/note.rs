@@ -50,7 +50,7 @@ impl Workflow for NotePlan {
             return Err(Error::Plan(format!("`text`: found {letters} letters, wanted 1 to {MOST_LETTERS}")));
         }
         if self.text.trim().chars().any(char::is_control) {
-            return Err(Error::Plan("`text`: found several lines, wanted one".to_owned()));
+            return Err(Error::Plan("`text` has several lines: write one".to_owned()));
         }
         Ok(())
     }

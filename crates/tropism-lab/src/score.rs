@@ -63,7 +63,7 @@ impl Workflow for ScorePlan {
         self.task.iter().try_for_each(Task::check).map_err(Error::in_plan("task"))?;
         if self.task.as_ref().is_some_and(Task::is_to_draw) {
             return Err(Error::Plan(
-                "`task`: found targets that are still to be drawn, wanted those of the experiment, such as its run folder"
+                "`task`: its targets are still to be drawn: name those of the experiment, such as its run folder"
                     .to_owned(),
             ));
         }
@@ -81,13 +81,13 @@ impl Workflow for ScorePlan {
             };
             if task.is_about_stem() && !has_stems {
                 return Err(Error::Plan(format!(
-                    "{}: found no stems, wanted the columns stem_1_x_cm to stem_10_y_cm to score a task for the stem",
+                    "{}: the task is scored by the stem, and this track has none (columns stem_1_x_cm to stem_10_y_cm)",
                     path.display()
                 )));
             }
             if task.is_in_space() && track.samples.iter().all(|sample| sample.depth.is_none()) {
                 return Err(Error::Plan(format!(
-                    "{}: found no depth, wanted the column tip_z_cm to score a task in space",
+                    "{}: the task is in space, and this track has no depth (column tip_z_cm)",
                     path.display()
                 )));
             }

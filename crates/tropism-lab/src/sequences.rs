@@ -83,7 +83,7 @@ pub(crate) fn draw_for(task: &mut Task, path: &Path, seed: u64) -> Result<(), Er
 pub(crate) fn sequence(task: &Task, trial: &Trial<'_>, seed: u64, index: u64) -> Result<Task, Error> {
     try_sequence(task, trial, seed, index).ok_or_else(|| {
         Error::Plan(format!(
-            "random targets: found no typical plant as high as {} cm in {} steps, wanted targets in its reach",
+            "random targets: no typical plant grows as high as {} cm in {} steps: lower them, or give more steps",
             task.highest_cm, task.max_steps
         ))
     })
@@ -159,6 +159,6 @@ mod tests {
             ..Task::random_targets()
         };
         let error = sequence(&task, &trial, 1, 0).unwrap_err().to_string();
-        assert!(error.contains("found no typical plant as high as 500 cm in 20 steps"), "{error}");
+        assert!(error.contains("no typical plant grows as high as 500 cm in 20 steps"), "{error}");
     }
 }

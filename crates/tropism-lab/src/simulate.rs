@@ -76,11 +76,7 @@ pub fn continued(
 ) -> Result<Vec<Track>, Error> {
     let RunConfig { controller, task, seed, .. } = config;
     let seen = observed(steps);
-    let now = seen
-        .last()
-        .ok_or_else(|| Error::Plan("found no photograph yet, wanted one".to_owned()))?
-        .sample
-        .clone();
+    let now = seen.last().ok_or_else(|| Error::Plan("there is no photograph yet".to_owned()))?.sample.clone();
     let model = model::read_around(model, now.tip)?;
     let layout = config.rig.layout().map_err(|error| Error::Plan(error.to_string()))?;
     let period_min = config.rig.period_min;

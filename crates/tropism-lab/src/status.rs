@@ -172,8 +172,8 @@ impl Workflow for StatusPlan {
         }
         if self.folder.is_dir() && !is_there("run.toml") && !is_there("journal.sqlite") {
             return Err(Error::Plan(format!(
-                "{}: found no run.toml, evolution.toml, study.toml, sweep.toml, transfer.toml or replicates.toml, wanted a \
-                 folder that `run`, `evolve`, `study`, `sweep` or `transfer` wrote",
+                "{}: this is no folder that `run`, `evolve`, `study`, `sweep` or `transfer` wrote (run.toml, evolution.toml, \
+                 study.toml, sweep.toml, transfer.toml or replicates.toml)",
                 self.folder.display()
             )));
         }
@@ -184,7 +184,7 @@ impl Workflow for StatusPlan {
         }
         if !self.folder.exists() {
             return Err(Error::Plan(format!(
-                "{}: found no such folder or file, wanted a folder that `run`, `evolve`, `study`, `sweep` or `transfer` wrote, or \
+                "{}: there is no such folder or file: name a folder that `run`, `evolve`, `study`, `sweep` or `transfer` wrote, or \
                  the file of a rule",
                 self.folder.display()
             )));
@@ -193,7 +193,7 @@ impl Workflow for StatusPlan {
         config.rig.check().map_err(Error::at(self.folder.display()))?;
         if !has_journal(&self.folder) {
             return Err(Error::Plan(format!(
-                "{}: found no journal, wanted that of a run: exports, and plants that `grow` photographed, have none",
+                "{}: there is no journal: exports, and plants that `grow` photographed, have none",
                 self.folder.display()
             )));
         }

@@ -55,7 +55,7 @@ impl Workflow for StopPlan {
             return Ok(());
         }
         let folder = self.folder.display();
-        Err(Error::Plan(format!("{folder}: found no run.toml and no evolution.toml, wanted a run folder")))
+        Err(Error::Plan(format!("{folder}: this is no run folder: it has no run.toml and no evolution.toml")))
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<StopResults, Error> {

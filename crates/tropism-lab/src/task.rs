@@ -19,7 +19,7 @@ pub fn read(path: &Path) -> Result<Task, Error> {
     if files::read_text(path)?.trim_start().starts_with('{') {
         let controller = ControllerSpec::read(path)?;
         return controller.own_task().cloned().ok_or_else(|| {
-            Error::Plan(format!("{}: found a network without its task, wanted a task", path.display()))
+            Error::Plan(format!("{}: this network does not say its task: name the `task`", path.display()))
         });
     }
     let task: Task = files::read_toml(path)?;
@@ -42,7 +42,7 @@ pub(crate) fn check_goal(task: &Task) -> Result<(), Error> {
     if task.has_goal() {
         return Ok(());
     }
-    Err(Error::Plan("`task`: found no targets, wanted a task with targets to reach".to_owned()))
+    Err(Error::Plan("`task`: it has no targets to reach".to_owned()))
 }
 
 /// Whether two tasks are the same but for the most steps that they may take.

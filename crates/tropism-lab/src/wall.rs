@@ -366,13 +366,13 @@ impl Workflow for WallPlan {
             .and_then(|()| check::within("period_min", self.period_min, 0.1..=60.0))
             .map_err(|error| Error::Plan(error.to_string()))?;
         if self.rules.is_empty() {
-            return Err(Error::Plan("`rules`: found none, wanted at least one".to_owned()));
+            return Err(Error::Plan("`rules` is empty: name at least one".to_owned()));
         }
         if let (Some(out), false) = (&self.out, self.replace) {
             let there = self.paths(out).into_iter().find(|path| path.exists());
             if let Some(path) = there {
                 return Err(Error::Plan(format!(
-                    "{}: found a file, wanted a new folder (`out`) or `replace`",
+                    "{}: a file is here already: choose a new folder (`out`), or replace it by `replace`",
                     path.display()
                 )));
             }
@@ -579,7 +579,7 @@ impl Workflow for EvolveNodesPlan {
             .map_err(|error| Error::Plan(error.to_string()))?;
         if self.out.exists() && !self.replace {
             return Err(Error::Plan(format!(
-                "{}: found a file, wanted a new one (`out`) or `replace`",
+                "{}: a file is here already: choose a new one (`out`), or replace it by `replace`",
                 self.out.display()
             )));
         }
@@ -601,7 +601,9 @@ impl Workflow for EvolveNodesPlan {
             if monitor.may_go_on() { Ok(path) } else { Err(Error::cancelled()) }
         })?;
         let model = WallTip::fit(&paths, &self.file.wall, trial.period_min / 60.0).ok_or_else(|| {
-            Error::Plan("found paths without light, wanted lamps that pull the tip".to_owned())
+            Error::Plan(
+                "the paths were recorded without light: nothing shows how lamps pull the tip".to_owned(),
+            )
         })?;
         let evolution = NodeEvolution {
             wall: &self.file.wall,

@@ -65,7 +65,7 @@ pub(crate) fn check_same(record: &Path, text: &str, resume: bool, what: &str) ->
     }
     if !resume {
         return Err(Error::Plan(format!(
-            "{}: found {what} here already, wanted a new folder (`out`) or `resume`",
+            "{}: {what} is here already: choose a new folder (`out`), or go on with it by `resume`",
             record.parent().unwrap_or(record).display()
         )));
     }
@@ -80,7 +80,7 @@ pub(crate) fn check_same(record: &Path, text: &str, resume: bool, what: &str) ->
 /// The error that `what` has the settings `found` in the file `record`, and not those that are `wanted`.
 pub(crate) fn other_settings(record: &Path, what: &str, found: &Value, wanted: &Value) -> Error {
     Error::Plan(format!(
-        "{}: found {what} with other settings{}; wanted the same, or another folder",
+        "{}: {what} with other settings is here{}: go on with the same, or choose another folder",
         record.display(),
         differences(found, wanted)
     ))

@@ -89,7 +89,7 @@ fn an_interrupted_evolution_resumes_to_the_same_champion() {
     let error = broken_off.execute(&Counter::until(20)).unwrap_err();
     assert!(matches!(error, Error::Interrupted { folder } if folder == broken_off.out));
     let refusal = broken_off.execute(&Silent).unwrap_err().to_string();
-    assert!(refusal.contains("found an evolution here already"), "{refusal}");
+    assert!(refusal.contains("an evolution is here already"), "{refusal}");
     broken_off.resume = true;
     let rest = Counter::until(u32::MAX);
     let resumed = broken_off.execute(&rest).unwrap();
@@ -104,7 +104,7 @@ fn an_interrupted_evolution_resumes_to_the_same_champion() {
     }
     broken_off.seed = 2;
     let refusal = broken_off.execute(&Silent).unwrap_err().to_string();
-    assert!(refusal.contains("found an evolution with other settings: `seed` = 1, wanted 2;"), "{refusal}");
+    assert!(refusal.contains("an evolution with other settings is here: `seed` = 1, wanted 2:"), "{refusal}");
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn an_extended_evolution_is_the_longer_one() {
     }
     extended.evolution.generations = 20;
     let refusal = extended.execute(&Silent).unwrap_err().to_string();
-    assert!(refusal.contains("`evolution.generations` = 30, wanted 20;"), "{refusal}");
+    assert!(refusal.contains("`evolution.generations` = 30, wanted 20:"), "{refusal}");
 }
 
 #[test]
@@ -177,7 +177,7 @@ fn targets_are_drawn_for_plants_at_the_steps_of_the_model() {
         ..BaselinePlan::default()
     };
     let error = plan(&model).execute(&Silent).unwrap_err().to_string();
-    assert!(error.contains("found no typical plant as high as 7 cm in 40 steps"), "{error}");
+    assert!(error.contains("no typical plant grows as high as 7 cm in 40 steps"), "{error}");
     slow("slow.csv");
     let out = folder.path().join("slow.json");
     let fit =

@@ -110,13 +110,13 @@ fn links_to_foreign_files_are_refused() {
             fs::write(&moved, "root:*:1:").unwrap();
         }
         symlink(&moved, &path).unwrap();
-        is_refused(folder.path(), &format!("run/{name}: found a symbolic link"));
+        is_refused(folder.path(), &format!("run/{name}: this is a symbolic link"));
     }
     let folder = run();
     fs::create_dir(folder.path().join("run/side")).unwrap();
     fs::write(foreign.path().join("shadow"), "root:*:1:").unwrap();
     symlink(foreign.path().join("shadow"), folder.path().join("run/side/000001.jpg")).unwrap();
-    is_refused(folder.path(), "side/000001.jpg: found a symbolic link");
+    is_refused(folder.path(), "side/000001.jpg: this is a symbolic link");
 }
 
 #[test]

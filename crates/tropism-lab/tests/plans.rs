@@ -107,10 +107,10 @@ fn a_value_out_of_range_is_named() {
     is_refused(&BaselinePlan { count: 0, ..BaselinePlan::default() }, "found count = 0");
     is_refused(&SimulatePlan { episodes: 0, ..SimulatePlan::default() }, "found episodes = 0");
     is_refused(&RecoveryPlan { plants: 1, ..RecoveryPlan::default() }, "found plants = 1, wanted 2 to");
-    is_refused(&FitPlan::default(), "found no `tracks`");
+    is_refused(&FitPlan::default(), "`tracks` is empty");
     let mut stem = FitPlan { tracks: vec!["track.csv".into()], kind: ModelKind::STEM, ..FitPlan::default() };
     stem.model.window.wx = 1.0;
-    is_refused(&stem, "wanted none with `kind` stem");
+    is_refused(&stem, "`kind` stem has none");
     let mut tune = TunePlan::default();
     tune.search.episodes = 0;
     is_refused(&tune, "search: found episodes = 0");

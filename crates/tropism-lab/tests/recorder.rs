@@ -360,7 +360,7 @@ fn a_folder_is_not_taken_twice() {
     let folder = tempfile::tempdir().unwrap();
     let (world, _) = open(folder.path(), false, &[]).unwrap();
     let error = |is_resumed| open(folder.path(), is_resumed, &[]).err().unwrap().to_string();
-    assert!(error(false).contains("in use"), "{}", error(false));
+    assert!(error(false).contains("uses this run"), "{}", error(false));
     drop(world);
     // One that is not over is gone on with; one that is over, only if that is wanted.
     let (mut world, _) = open(folder.path(), false, &[]).unwrap();

@@ -179,7 +179,7 @@ fn without_methods_the_rules_by_hand_are_judged_alone() {
 
     std::fs::remove_file(report.sources[0].join("replicates.json")).unwrap();
     let error = report.execute(&Silent).unwrap_err().to_string();
-    assert!(error.contains("go on with it by `tropism study --out "), "{error}");
+    assert!(error.contains("finish the comparison by `tropism study --out "), "{error}");
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn names_and_settings_that_cannot_be_are_named() {
     let base = || plan("nowhere".into()).config;
     let mut twice = base();
     twice.methods[1].name = "paper".to_owned();
-    assert!(error(twice).contains("\"paper\" twice"));
+    assert!(error(twice).contains("\"paper\" stands twice"));
     let mut path = base();
     path.scenarios[0].name = "../up".to_owned();
     assert!(error(path).contains("`scenarios`: found the name \"../up\""));
@@ -198,7 +198,7 @@ fn names_and_settings_that_cannot_be_are_named() {
     let mut wild = base();
     wild.scenarios[1].variation = 7.0;
     assert!(error(wild).contains("scenario varied: found variation = 7"));
-    assert!(error(ReplicatesConfig { scenarios: Vec::new(), ..base() }).contains("`scenarios`: found none"));
+    assert!(error(ReplicatesConfig { scenarios: Vec::new(), ..base() }).contains("`scenarios` is empty"));
     let mut nobody = base();
     nobody.scenarios[0].test_plants = Some(0);
     assert!(error(nobody).contains("scenario alike: found test_plants = 0"));

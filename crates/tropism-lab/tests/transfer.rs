@@ -108,7 +108,7 @@ fn threads_and_interruptions_change_no_bit() {
         assert_eq!((status.done(), status.total(), status.optima), (steered, 6, Some(found)));
         assert!(!status.is_over && status.process.is_none());
         let refusal = TransferPlan { resume: false, ..broken_off.clone() }.execute(&Silent).unwrap_err();
-        assert!(refusal.to_string().contains("found a comparison here already"), "{refusal}");
+        assert!(refusal.to_string().contains("a comparison is here already"), "{refusal}");
         broken_off.resume = true;
     }
     let rest = Until::new(u64::MAX);
@@ -119,8 +119,8 @@ fn threads_and_interruptions_change_no_bit() {
     broken_off.seed = 2;
     broken_off.task = task(61);
     let refusal = broken_off.execute(&Silent).unwrap_err().to_string();
-    assert!(refusal.contains("plan.json: found a comparison with other settings: "), "{refusal}");
-    assert!(refusal.contains("`seed` = 1, wanted 2; `task.max_steps` = 60, wanted 61;"), "{refusal}");
+    assert!(refusal.contains("plan.json: a comparison with other settings is here: "), "{refusal}");
+    assert!(refusal.contains("`seed` = 1, wanted 2; `task.max_steps` = 60, wanted 61:"), "{refusal}");
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn a_report_compares_the_controllers_of_transfers() {
     fs::create_dir_all(&plans[1].out).unwrap();
     fs::write(plans[1].out.join("transfer.toml"), "").unwrap();
     let error = report(&[&plans[1]]).unwrap_err().to_string();
-    assert!(error.contains("other: found no transfer.json, wanted a finished comparison"), "{error}");
+    assert!(error.contains("other: there is no transfer.json yet"), "{error}");
     fs::remove_dir_all(&plans[1].out).unwrap();
     let results = plans.each_ref().map(|plan| plan.execute(&Silent).unwrap());
     let alone = report(&[&plans[0]]).unwrap();
@@ -283,15 +283,15 @@ fn bad_plans_are_refused_before_anything_is_written() {
     let plan = || plan(folder.path().join("out"));
     is_refused(&TransferPlan { plants: 0, ..plan() }, "found plants = 0, wanted 1 to");
     is_refused(&TransferPlan { plant_seeds: Some(7..7), ..plan() }, "found `plant_seeds` 7..7, wanted");
-    is_refused(&TransferPlan { controllers: Vec::new(), ..plan() }, "found no `controllers`");
+    is_refused(&TransferPlan { controllers: Vec::new(), ..plan() }, "`controllers` is empty");
     let mut twice = plan();
     twice.controllers.push(twice.controllers[0].clone());
-    is_refused(&twice, "found greedy twice, wanted each controller once");
+    is_refused(&twice, "greedy stands twice");
     is_refused(
         &TransferPlan { reference: Some("rule".to_owned()), ..plan() },
         "wanted one of greedy, periodic",
     );
-    is_refused(&TransferPlan { task: Task::open_loop(1000), ..plan() }, "found no targets");
+    is_refused(&TransferPlan { task: Task::open_loop(1000), ..plan() }, "it has no targets");
     is_refused(&TransferPlan { model: Some("absent.json".into()), ..plan() }, "absent.json: cannot read");
     let absent = read_controllers(&[ControllerSource::Path("absent.json".into())]).unwrap_err().to_string();
     assert!(absent.contains("absent.json: cannot read"), "{absent}");
@@ -338,5 +338,10 @@ fn a_run_among_obstacles_is_scored_from_its_folder_as_it_was_steered() {
     fs::write(&tips, "tip_x_cm,tip_y_cm,light\n0,4,left\n0,6,dark\n").unwrap();
     let plan = ScorePlan { tracks: vec![tips], task: Some(behind_a_bar()) };
     let error = plan.execute(&Silent).unwrap_err().to_string();
-    assert!(error.contains("tips.csv: found no stems, wanted the columns stem_1_x_cm"), "{error}");
+    assert!(
+        error.contains(
+            "tips.csv: the task is scored by the stem, and this track has none (columns stem_1_x_cm"
+        ),
+        "{error}"
+    );
 }

@@ -52,7 +52,7 @@ fn an_interrupted_search_goes_on_to_the_same_rule() {
 
     for taken in [plan.clone(), TunePlan { resume: true, ..plan.clone() }] {
         let refused = taken.execute(&Silent).unwrap_err().to_string();
-        assert!(refused.contains("rule.json: found a file here already"), "{refused}");
+        assert!(refused.contains("rule.json: a file is here already"), "{refused}");
     }
     // A search that replaces the rule goes on without asking again.
     let plan = TunePlan { replace: true, ..plan };
@@ -72,14 +72,14 @@ fn an_interrupted_search_goes_on_to_the_same_rule() {
     let other = TunePlan { seed: 2, resume: true, ..plan };
     let refused = other.execute(&Silent).unwrap_err().to_string();
     assert!(
-        refused.contains("rule.search.jsonl: found a search with other settings: `seed` = 1, wanted 2;"),
+        refused.contains("rule.search.jsonl: a search with other settings is here: `seed` = 1, wanted 2:"),
         "{refused}"
     );
     let resumed = TunePlan::of_search(&out).unwrap().execute(&Silent).unwrap();
     assert_eq!((resumed.rule, resumed.in_model, resumed.greedy), (whole.rule, whole.in_model, whole.greedy));
     assert!(fs::read(&out).unwrap() == rule && !saved.exists());
     let error = TunePlan::of_search(&out).unwrap_err().to_string();
-    assert!(error.contains("rule.json: found a rule whose search is over"), "{error}");
+    assert!(error.contains("rule.json: the search of this rule is over"), "{error}");
 }
 
 #[test]

@@ -67,5 +67,5 @@ def test_a_run_is_its_photographs(tmp_path: Path) -> None:
     assert photographs[0].pixels().shape == (324, 432, 3)
     assert [photograph.light for photograph in photographs] == ["left", "left", "left", None]
     np.testing.assert_array_equal([photograph.tip for photograph in photographs], run.track.tips)
-    with pytest.raises(tropism.PlanError, match=r"found no run\.toml"):
+    with pytest.raises(tropism.PlanError, match=r"no run\.toml"):
         Run(tmp_path)

@@ -142,7 +142,7 @@ pub(crate) fn evolve(studio: &Studio, request: &EvolveRequest) -> Result<Value, 
         Method::Tune => rule_file(name),
     };
     if studio.root.join(&at).exists() || studio.queue.has(&at) {
-        return Err(Refusal::bad(format!("{at}: found something of this name, wanted a new one")));
+        return Err(Refusal::bad(format!("{at}: something of this name is here already: choose a new one")));
     }
     let mut commands = Vec::new();
     let words = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<String>>();
@@ -180,9 +180,7 @@ pub(crate) fn save(studio: &Studio, name: &str, drawing: &Drawing) -> Result<Val
     let path = studio.root.join(format!("{name}.toml"));
     match files::read_text(&path) {
         Ok(found) if found != text => {
-            return Err(Refusal::bad(format!(
-                "{name}.toml: found another task of this name, wanted a new name"
-            )));
+            return Err(Refusal::bad(format!("{name}.toml: another task has this name: choose a new one")));
         }
         Ok(_) => {}
         Err(_) => files::write(&path, text.as_bytes())?,

@@ -93,7 +93,7 @@ pub(crate) fn form_encoded(text: &str) -> String {
 
 fn check(studio: &Studio, request: &Request) -> Result<Option<Session>, Refusal> {
     let headers = request.headers();
-    let host = host_of(request).ok_or_else(|| Refusal::bad("found no Host, wanted one"))?;
+    let host = host_of(request).ok_or_else(|| Refusal::bad("the request names no host"))?;
     if !is_allowed(&host, &studio.hosts) {
         return Err(Refusal(
             StatusCode::MISDIRECTED_REQUEST,
@@ -140,17 +140,16 @@ fn is_same(one: &[u8], other: &[u8]) -> bool {
 /// Refuses what the page of another site loads, as a picture for example: it would start work here.
 fn check_not_embedded(headers: &HeaderMap) -> Result<(), Refusal> {
     match headers.get("sec-fetch-site") {
-        Some(site) if site != "same-origin" && site != "none" => Err(Refusal::forbidden(
-            "found a request from another site, wanted one from a page of this studio",
-        )),
+        Some(site) if site != "same-origin" && site != "none" => {
+            Err(Refusal::forbidden("the request comes from another site, not from a page of this studio"))
+        }
         _ => Ok(()),
     }
 }
 
 /// Refuses what another site sends: browsers name the origin of each change.
 fn check_same_site(headers: &HeaderMap, host: &str) -> Result<(), Refusal> {
-    let foreign =
-        || Refusal::forbidden("found a change from another site, wanted one from a page of this studio");
+    let foreign = || Refusal::forbidden("the change comes from another site, not from a page of this studio");
     if let Some(site) = headers.get("sec-fetch-site")
         && site != "same-origin"
     {

@@ -158,7 +158,9 @@ impl Queue {
         let mut inner = self.inner();
         let waiting = |job: &&Job| matches!(job.state, JobState::Waiting | JobState::Running);
         if inner.saved.jobs.iter().filter(waiting).count() >= MOST_WAITING {
-            return Err(StudioError::System(format!("found {MOST_WAITING} jobs in the queue, wanted fewer")));
+            return Err(StudioError::System(format!(
+                "{MOST_WAITING} jobs wait in the queue: wait for one, or cancel one"
+            )));
         }
         let number = inner.saved.next;
         inner.saved.next += 1;

@@ -181,7 +181,7 @@ fn serve_folder(plan: &StudioPlan, folder: &Path, welcome: impl FnOnce(&Welcome)
         .canonicalize()
         .map_err(|source| StudioError::Address { address: folder.display().to_string(), source })?;
     if !root.is_dir() {
-        return Err(tropism_lab::files::FileError::content(folder, "found a file, wanted a folder").into());
+        return Err(tropism_lab::files::FileError::content(folder, "this is a file: name a folder").into());
     }
     let is_local = plan.listen.ip().is_loopback() && !plan.ask_token;
     let has_tokens = access::path(&root).exists();

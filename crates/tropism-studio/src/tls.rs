@@ -44,8 +44,8 @@ impl Tls {
         let chain: Result<Vec<CertificateDer<'static>>, _> = CertificateDer::pem_slice_iter(&text).collect();
         let chain = chain.map_err(|error| at(certificate, format!("found no PEM ({error})")))?;
         let own = chain.first().ok_or_else(|| {
-            let wanted = "wanted PEM that begins with -----BEGIN CERTIFICATE-----";
-            at(certificate, format!("found no certificate, {wanted}"))
+            let wanted = "it is PEM that begins with -----BEGIN CERTIFICATE-----";
+            at(certificate, format!("no certificate here: {wanted}"))
         })?;
         let digest = files::sha256(own).to_uppercase();
         let pairs: Vec<&str> =
@@ -85,9 +85,9 @@ fn read_key(path: &Path) -> Result<PrivateKeyDer<'static>, StudioError> {
     let is_encrypted = String::from_utf8_lossy(&text).contains("ENCRYPTED");
     PrivateKeyDer::from_pem_slice(&text).map_err(|_| {
         if is_encrypted {
-            problem("found a key with a passphrase, wanted one without: `openssl pkey -in KEY -out PLAIN-KEY` makes it")
+            problem("the key has a passphrase: `openssl pkey -in KEY -out PLAIN-KEY` makes one without")
         } else {
-            problem("found no private key, wanted PEM that begins with -----BEGIN PRIVATE KEY-----")
+            problem("no private key here: it is PEM that begins with -----BEGIN PRIVATE KEY-----")
         }
     })
 }

@@ -213,7 +213,7 @@ pub(crate) fn write(studio: &Studio, request: &TuneRequest) -> Result<Value, Ref
     let file = format!("{}.toml", request.name);
     let path = studio.root.join(&file);
     if path.exists() {
-        return Err(Refusal::bad(format!("{file}: found a file of this name, wanted a new name")));
+        return Err(Refusal::bad(format!("{file}: a file of this name is here already: choose a new name")));
     }
     files::write(&path, text["toml"].as_str().unwrap_or_default().as_bytes())?;
     Ok(json!({ "file": file, "text": text }))

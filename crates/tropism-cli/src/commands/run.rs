@@ -125,10 +125,7 @@ impl Run {
         let rig = match (&self.rig, &found) {
             (None, None) => missing("--rig", &self.out),
             (None, Some(found)) => {
-                ensure!(
-                    tent.is_none(),
-                    "found options of the virtual tent, wanted --rig greenhouse with them"
-                );
+                ensure!(tent.is_none(), "options of the virtual tent go with --rig greenhouse");
                 if !found.rig.is_virtual() {
                     shell.note("the run folder keeps no alerts: --rig RIG.toml adds those of the rig file");
                 }
@@ -146,7 +143,7 @@ impl Run {
 
 /// Ends the program as clap does if an option is missing that no run folder stands in for.
 fn missing(option: &str, out: &Path) -> ! {
-    let text = format!("{}: found no run to go on with, wanted {option}\n", out.display());
+    let text = format!("{}: there is no run to go on with: name {option}\n", out.display());
     clap::Error::raw(ErrorKind::MissingRequiredArgument, text).exit()
 }
 
@@ -158,7 +155,7 @@ fn load_rig(path: &Path, tent: Option<Greenhouse>, task: &Task, period_min: Opti
     }
     ensure!(
         tent.is_none(),
-        "found options of the virtual tent beside {}, wanted them in its [greenhouse]",
+        "options of the virtual tent beside {}: write them into its [greenhouse]",
         path.display()
     );
     let rig: RigFile = files::read_toml(path)?;

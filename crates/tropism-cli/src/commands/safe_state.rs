@@ -36,7 +36,7 @@ impl SafeState {
         let unconfirmed = results.devices.iter().filter(|device| !device.is_off).count();
         ensure!(
             unconfirmed == 0,
-            "{}: found {unconfirmed} of {} devices that did not confirm, wanted all off: pull their plug",
+            "{}: {unconfirmed} of {} devices did not confirm that they are off: pull their plug",
             results.rig.display(),
             results.devices.len()
         );

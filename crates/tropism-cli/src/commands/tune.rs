@@ -93,7 +93,7 @@ impl Tune {
         let bean = self.bean.load()?;
         ensure!(
             self.beans || (bean.is_none() && self.variation.is_none()),
-            "found --bean or --variation, wanted --beans with them: a model has plants of its own"
+            "--bean and --variation go with --beans: a model has plants of its own"
         );
         let variation = checked_variation(self.variation.unwrap_or(1.0))?;
         let task = self.task.load()?;

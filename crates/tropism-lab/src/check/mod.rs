@@ -201,7 +201,7 @@ impl Workflow for CheckPlan {
         self.report.as_ref().map_or(Ok(()), ProblemReport::check)?;
         let Some(Rehearsal { steps, .. }) = self.rehearsal else { return Ok(()) };
         if self.dry {
-            return Err(Error::Plan("found `dry` beside `rehearsal`, wanted one of them".to_owned()));
+            return Err(Error::Plan("`dry` and `rehearsal` stand both here: keep one".to_owned()));
         }
         if !(3..=100).contains(&steps) {
             return Err(Error::Plan(format!("`rehearsal` {steps}: wanted 3 to 100 steps")));

@@ -33,14 +33,15 @@ impl ProblemReport {
         let Self { path, run, .. } = self;
         if path.exists() {
             return Err(Error::Plan(format!(
-                "{}: found a file, wanted a new one (`report`)",
+                "{}: a file is here already: choose a new one (`report`)",
                 path.display()
             )));
         }
         match run {
-            Some(run) if !has_journal(run) => {
-                Err(Error::Plan(format!("{}: found no journal, wanted the folder of a run", run.display())))
-            }
+            Some(run) if !has_journal(run) => Err(Error::Plan(format!(
+                "{}: this is not the folder of a run: it has no journal",
+                run.display()
+            ))),
             _ => Ok(()),
         }
     }

@@ -219,10 +219,7 @@ impl EvolvePlan {
         let EvolutionRecord { seed, trial_plants, task, evolution, .. } = EvolutionRecord::read(out)?;
         let model = out.join(MODEL);
         if !model.exists() {
-            return Err(Error::Plan(format!(
-                "{}: found no such file, wanted it or `model`",
-                model.display()
-            )));
+            return Err(Error::Plan(format!("{}: there is no such file: name the `model`", model.display())));
         }
         let (out, resume) = (out.to_owned(), true);
         Ok(Self { model, out, task, evolution, trial_plants, seed, resume, ..Self::default() })

@@ -93,7 +93,7 @@ impl EvolutionRecord {
         if path.exists() {
             if !is_resumed {
                 return Err(Error::Plan(format!(
-                    "{}: found an evolution here already, wanted a new folder (or `resume`)",
+                    "{}: an evolution is here already: choose a new folder, or go on with it by `resume`",
                     folder.display()
                 )));
             }

@@ -78,10 +78,10 @@ impl Workflow for ExportPlan {
     fn check(&self) -> Result<(), Error> {
         let out = self.out.display();
         if self.out.exists() {
-            return Err(Error::Plan(format!("{out}: found something here already, wanted a new name")));
+            return Err(Error::Plan(format!("{out}: something is here already: choose a new name")));
         }
         if is_inside(&self.out, &self.folder) {
-            return Err(Error::Plan(format!("{out}: found it inside the run folder, wanted it elsewhere")));
+            return Err(Error::Plan(format!("{out}: this is inside the run folder: choose a place outside")));
         }
         Ok(())
     }
@@ -194,7 +194,7 @@ impl Writer<'_> {
         let found = sink.finish().map_err(cannot())?;
         if let Some(wrong) = written.iter().find(|file| !found.contains(file)) {
             return Err(Error::Failed(format!(
-                "{}: found {} changed when it was read back, wanted it as it was written; check the disk",
+                "{}: {} has changed when it was read back: check the disk",
                 out.display(),
                 wrong.path
             )));

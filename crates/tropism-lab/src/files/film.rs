@@ -56,5 +56,5 @@ pub(super) fn pictures(film: &Path) -> Result<(TempDir, Vec<PathBuf>), FileError
             break;
         }
     }
-    Err(FileError::content(film, format!("found no picture in the film, wanted one (ffmpeg: {problem})")))
+    Err(FileError::content(film, format!("the film has no picture (ffmpeg: {problem})")))
 }

@@ -44,7 +44,7 @@ pub(super) fn count(file: &Path) -> Result<usize, FileError> {
 pub(super) fn read(file: &Path, page: usize) -> Result<Vec<u8>, FileError> {
     with_pages(file, |pages| {
         let found = pages.page(page).map_err(|error| FileError::content(file, error.to_string()))?;
-        found.ok_or_else(|| FileError::content(file, format!("found no page {page}, wanted one")))
+        found.ok_or_else(|| FileError::content(file, format!("there is no page {page}")))
     })
 }
 

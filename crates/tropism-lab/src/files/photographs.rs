@@ -89,7 +89,7 @@ pub(super) fn list_files(paths: &[PathBuf]) -> Result<PhotographList, FileError>
             let beside = if notes.is_empty() { String::new() } else { format!("; {}", notes.join("; ")) };
             return Err(FileError::content(
                 path,
-                format!("found no .jpg, .jpeg, .png, .tif or .tiff file, wanted photographs{beside}"),
+                format!("no photographs here: no .jpg, .jpeg, .png, .tif or .tiff file{beside}"),
             ));
         }
         list.notes.extend(notes.into_iter().map(|note| format!("{}: {note}", path.display())));
@@ -280,12 +280,12 @@ mod tests {
     fn a_folder_without_photographs_says_how_to_get_them() {
         let error = list(&["a.webp", "b.webp"]).unwrap_err();
         assert!(
-            error.contains("wanted photographs") && error.contains("2 .webp") && error.contains("magick"),
+            error.contains("no photographs here") && error.contains("2 .webp") && error.contains("magick"),
             "{error}"
         );
         // Read with ffmpeg, or refused with where to find it.
         let error = list(&["a.mov", "b.mov"]).unwrap_err();
         assert!(error.contains("a.mov") && error.contains("ffmpeg"), "{error}");
-        assert!(list(&[]).unwrap_err().ends_with("wanted photographs"));
+        assert!(list(&[]).unwrap_err().ends_with(".tiff file"));
     }
 }

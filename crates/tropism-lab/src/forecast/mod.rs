@@ -136,7 +136,7 @@ impl Workflow for ForecastPlan {
 
     fn check(&self) -> Result<(), Error> {
         if self.models.is_empty() {
-            return Err(Error::Plan("found no `models`, wanted at least one".to_owned()));
+            return Err(Error::Plan("`models` is empty: name at least one".to_owned()));
         }
         Error::check_range("plants", self.plants, 10_000)?;
         let is_time = |minutes: &f64| (1.0..=10_000.0).contains(minutes);

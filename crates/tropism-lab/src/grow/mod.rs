@@ -148,7 +148,7 @@ impl Workflow for GrowPlan {
         let next = self.track_path(self.plants);
         if next.exists() {
             return Err(Error::Plan(format!(
-                "{}: found the track of one more plant, wanted a folder without those of other plants: they would be mixed",
+                "{}: this is the track of one more plant: choose a folder without other plants, for they would be mixed",
                 next.display()
             )));
         }

@@ -44,7 +44,7 @@ impl LightRecord {
             rows.push((time, light.into()));
         }
         if rows.is_empty() {
-            return Err(problem("found no row, wanted the light from 0 h on".to_owned()).into());
+            return Err(problem("there is no row: give the light from 0 h on".to_owned()).into());
         }
         Ok(Self(rows))
     }
@@ -72,7 +72,7 @@ mod tests {
             ("time,light\n", "wanted \"time_h,light\""),
             ("time_h,light\n0,up\n", "line 2: found \"0,up\", wanted hours and left, right or dark"),
             ("time_h,light\n0,left\n0,dark\n", "line 3: time_h must be later"),
-            ("time_h,light\n", "found no row"),
+            ("time_h,light\n", "there is no row"),
         ] {
             std::fs::write(&path, text).unwrap();
             let error = LightRecord::read(&path).unwrap_err().to_string();

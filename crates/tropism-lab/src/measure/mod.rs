@@ -235,7 +235,7 @@ impl Workflow for MeasurePlan {
         for (number, group) in self.groups.iter().enumerate() {
             if group.name.is_empty() || self.groups[..number].iter().any(|other| other.name == group.name) {
                 return Err(Error::Plan(format!(
-                    "found a group named {:?}, wanted a name of its own for each",
+                    "two groups have the name {:?}: give each its own",
                     group.name
                 )));
             }

@@ -294,7 +294,7 @@ impl ReplicatesConfig {
             }
         }
         if self.scenarios.is_empty() {
-            return Err(Error::Plan("`scenarios`: found none, wanted at least one".to_owned()));
+            return Err(Error::Plan("`scenarios` is empty: name at least one".to_owned()));
         }
         for (number, scenario) in self.scenarios.iter().enumerate() {
             let Scenario { name, steps, test_plants, controllers_of, .. } = scenario;
@@ -330,7 +330,7 @@ fn check_names<'n>(key: &str, names: impl Iterator<Item = &'n str>) -> Result<()
         check_name(key, name)?;
         if known.contains(&name) {
             return Err(Error::Plan(format!(
-                "`{key}`: found the name {name:?} twice, wanted each name once, and none of {}",
+                "`{key}`: the name {name:?} stands twice, or is one of {}: give each its own",
                 reserved.join(", ")
             )));
         }
@@ -441,11 +441,8 @@ impl ReplicatesPlan {
             if task.has_goal() {
                 return drawn(task);
             }
-            Err(FileError::content(
-                file,
-                "found no targets, wanted a task with something to reach".to_owned(),
-            )
-            .into())
+            Err(FileError::content(file, "the task has no targets: there is nothing to reach".to_owned())
+                .into())
         };
         self.config.scenarios.iter().map(task).collect()
     }

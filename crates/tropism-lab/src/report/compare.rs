@@ -99,7 +99,7 @@ impl Comparison {
             let own = unit_folder(folder, &unit);
             let Some(results) = unit.read(&own)? else {
                 return Err(Error::Plan(format!(
-                    "{}: found a sweep that is not finished, wanted all its units; go on with it by --resume",
+                    "{}: this sweep is not finished: go on with it by --resume",
                     folder.display()
                 )));
             };
@@ -314,7 +314,7 @@ fn read_results<T: DeserializeOwned>(folder: &Path, name: &str, command: &str) -
     let path = folder.join(name);
     if !path.exists() {
         return Err(Error::Plan(format!(
-            "{}: found no {name}, wanted a finished comparison; go on with it by `tropism {command} --out {} --resume`",
+            "{}: there is no {name} yet: finish the comparison by `tropism {command} --out {} --resume`",
             folder.display(),
             files::shell_word(folder)
         )));

@@ -75,7 +75,7 @@ impl Workflow for ReportPlan {
 
     fn check(&self) -> Result<(), Error> {
         if self.sources.is_empty() {
-            return Err(Error::Plan("found no `sources`, wanted a folder or a track".to_owned()));
+            return Err(Error::Plan("`sources` is empty: name a folder or a track".to_owned()));
         }
         // Their names are those of the figures that a report has: no photograph or track has such a name.
         let figures = self.figures.iter().flat_map(|folder| files::files_below(folder));
@@ -157,7 +157,7 @@ impl Sources {
         }
         if let [study] = studies[..] {
             return Err(Error::Plan(format!(
-                "{}: found one study among other sources, wanted it alone, or several to compare",
+                "{}: a study stands among other sources: name it alone, or several studies to compare",
                 study.display()
             )));
         }
@@ -201,8 +201,8 @@ impl Sources {
             self.is_virtual |= SweepPlan::is_virtual(path)?;
         } else {
             return Err(Error::Plan(format!(
-                "{}: found no run.toml, history.csv, study.toml, sweep.toml, transfer.toml or replicates.toml, wanted the folder \
-                 of a finished run, evolution, study, sweep or comparison",
+                "{}: this is not the folder of a finished run, evolution, study, sweep or comparison (run.toml, history.csv, \
+                 study.toml, sweep.toml, transfer.toml or replicates.toml)",
                 path.display()
             )));
         }

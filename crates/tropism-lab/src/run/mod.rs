@@ -236,7 +236,7 @@ impl Workflow for RunPlan {
             }
             if !self.config.is_virtual() {
                 return Err(Error::Plan(format!(
-                    "`speed` {speed}: found a real tent, wanted the virtual one: real plants take their time"
+                    "`speed` {speed}: this is a real tent, and real plants take their time"
                 )));
             }
         }

@@ -68,7 +68,7 @@ impl ShownChampion {
         let (file, run) = (plan.source.join("run.toml"), RunConfig::read(&plan.source)?);
         if plan.model.is_some() {
             return Err(Error::Plan(
-                "`model`: found the folder of a run, wanted none; the plant of the run is drawn".to_owned(),
+                "`model`: the plant of this run is drawn, which needs no model".to_owned(),
             ));
         }
         let Some(champion) = run.controller.champion() else {
@@ -109,7 +109,7 @@ fn best_so_far(record: &EvolutionRecord, file: &Path, monitor: &dyn Monitor) -> 
     let folder = file.parent().unwrap_or(Path::new("."));
     let just_begun = || {
         Error::Plan(format!(
-            "{}: found an evolution that has just begun, wanted its first checkpoint",
+            "{}: this evolution has just begun: wait for its first checkpoint",
             folder.display()
         ))
     };

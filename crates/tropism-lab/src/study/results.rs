@@ -110,7 +110,7 @@ impl ManyNumbers {
     fn of(many: &TransferResults, name: &str) -> Result<Self, Error> {
         let one = many.controllers.iter().find(|one| one.name == name);
         let lacks =
-            || Error::Plan(format!("many-plants/transfer.json: found no {name}, wanted a finished study"));
+            || Error::Plan(format!("many-plants/transfer.json: there is no {name}: finish the study"));
         let one = one.ok_or_else(lacks)?;
         let within_1_cm = one.arrival.as_ref().map(|arrival| arrival.within_1_cm);
         Ok(Self { mean: one.mean, interval: one.interval, plants: many.plants, within_1_cm })
@@ -163,7 +163,7 @@ impl StudyFolder {
             let runs = FinishedRun::read_numbered(&path.join("reality").join(name))?;
             if runs.is_empty() {
                 return Err(Error::Plan(format!(
-                    "{}: found no reality/{name}, wanted a finished study",
+                    "{}: there is no reality/{name}: finish the study",
                     path.display()
                 )));
             }
@@ -195,7 +195,7 @@ impl StudyFolder {
         let of_pair = |pair: &&ControllerPair| pair.one == champion && pair.other == greedy;
         let pair = self.many.pairs.iter().find(of_pair);
         let lacks =
-            || Error::Plan("many-plants/transfer.json: found no pairs, wanted a finished study".to_owned());
+            || Error::Plan("many-plants/transfer.json: there are no pairs: finish the study".to_owned());
         let many = |name| ManyNumbers::of(&self.many, name);
         let many_champion_over_greedy = pair.ok_or_else(lacks)?.difference;
         let best_of_runs = self.evolution.runs.iter().map(|run| run.best_fitness);

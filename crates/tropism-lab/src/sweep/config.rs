@@ -167,7 +167,7 @@ impl SweepConfig {
     fn check_shape(&self) -> Result<(), Error> {
         let refuse = |text: String| Err(Error::Plan(text));
         if self.evolve.is_some() && self.replicates.is_some() {
-            return refuse("found [evolve] and [replicates], wanted one of them".to_owned());
+            return refuse("[evolve] and [replicates] stand both here: keep one".to_owned());
         }
         if self.is_of_replicates() && self.model.is_some() {
             return refuse("found `model` with [replicates], which make models of their own".to_owned());
@@ -179,14 +179,14 @@ impl SweepConfig {
         }
         let seeds = self.seeds.list();
         if let Some(seed) = seeds.iter().find(|seed| seeds.iter().filter(|other| other == seed).count() > 1) {
-            return refuse(format!("found seed {seed} twice in seeds, wanted each once"));
+            return refuse(format!("seed {seed} stands twice in seeds"));
         }
         if let Some(seed) = seeds.iter().find(|&&seed| i64::try_from(seed).is_err()) {
             return refuse(format!("found seed {seed}, wanted at most {}", i64::MAX));
         }
         let base = self.evolve.as_ref().or(self.replicates.as_ref());
         if self.grid.contains_key("seed") || base.is_some_and(|base| base.contains_key("seed")) {
-            return refuse("found the key seed among the settings, wanted it as `seeds`".to_owned());
+            return refuse("the key seed stands among the settings: write `seeds`".to_owned());
         }
         Ok(())
     }
@@ -227,7 +227,7 @@ impl SweepConfig {
             config.find_files_in(folder);
             config.check()?;
             if config.methods.is_empty() {
-                return Err(Error::Plan("`methods`: found none, wanted at least one to compare".to_owned()));
+                return Err(Error::Plan("`methods` is empty: name at least one to compare".to_owned()));
             }
             return Ok(Method::Replicates(Box::new(config)));
         }
@@ -291,9 +291,7 @@ fn set(table: &mut Table, key: &str, value: &Value) -> Result<(), Error> {
             };
             let is_named = |item: &&mut Table| item.get("name").and_then(Value::as_str) == Some(name);
             let named = list.iter_mut().filter_map(Value::as_table_mut).find(is_named);
-            let named = named.ok_or_else(|| {
-                Error::Plan(format!("found no {name} in {first}, wanted the name of one of its tables"))
-            })?;
+            let named = named.ok_or_else(|| Error::Plan(format!("there is no table {name} in {first}")))?;
             set(named, rest, value)
         }
         other => {

@@ -109,7 +109,7 @@ impl Workflow for SweepPlan {
     fn check(&self) -> Result<(), Error> {
         self.config.settings(&self.folder)?;
         if !self.config.is_of_replicates() && self.config.model.is_none() {
-            return Err(Error::Plan("found no `model`, wanted that on which controllers evolve".to_owned()));
+            return Err(Error::Plan("`model` is missing: name that on which controllers evolve".to_owned()));
         }
         Ok(())
     }

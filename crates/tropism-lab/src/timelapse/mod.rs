@@ -224,7 +224,7 @@ impl TimelapsePlan {
             }
         }
         let composite = composite.image().ok_or_else(|| {
-            Error::Failed(format!("{}: found no photograph any more, wanted one", self.folder.display()))
+            Error::Failed(format!("{}: the photograph is no longer there", self.folder.display()))
         })?;
         Ok((source.film.cover(composite, photograph_width), pictures))
     }

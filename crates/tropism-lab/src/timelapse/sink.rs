@@ -135,7 +135,7 @@ fn ffmpeg(file: &Path, (width, height): (usize, usize), fps: u16) -> Result<Chil
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
     match command.spawn() {
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            Err("found no ffmpeg on the PATH, wanted it for .mp4; a .gif needs nothing".into())
+            Err(".mp4 needs ffmpeg, which is not on the PATH; a .gif needs nothing".into())
         }
         Err(error) => Err(format!("ffmpeg: cannot start: {error}").into()),
         Ok(child) => Ok(child),

@@ -77,7 +77,7 @@ impl Source {
             .and_then(|journal| journal.steps())
             .map_err(Error::at(journal.display()))?;
         if steps.is_empty() {
-            let problem = "found no steps, wanted a run that has begun";
+            let problem = "the run has no steps yet";
             return Err(FileError::content(&journal, problem).into());
         }
         let photographs = steps.iter().map(|step| folder.join("photographs").join(&step.photo)).collect();
@@ -97,9 +97,7 @@ impl Source {
             Some(Crop::Region(region)) => region,
             Some(Crop::Plant) => self.film.region(PLANT_MARGIN_CM).ok_or_else(|| {
                 let folder = folder.display();
-                Error::Plan(format!(
-                    "`crop` plant: found no calibration in {folder}, wanted X,Y,W,H in pixels"
-                ))
+                Error::Plan(format!("`crop` plant: {folder} has no calibration: write X,Y,W,H in pixels"))
             })?,
         };
         self.film = self.film.cropped(region);

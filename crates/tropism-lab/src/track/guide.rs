@@ -87,7 +87,7 @@ impl Workflow for GuidePlan {
         let is_guide = || files::read_text(&self.page).is_ok_and(|text| guide::is_guide(&text));
         if self.page.exists() && !is_guide() {
             return Err(Error::Plan(format!(
-                "{}: found another file here already, wanted a new name for the page",
+                "{}: another file is here already: choose a new name for the page",
                 self.page.display()
             )));
         }
@@ -138,7 +138,7 @@ impl GuidePlan {
         let first = frames.iter().enumerate().find_map(|(index, frame)| Some((index, decode(frame)?)));
         let Some((first, image)) = first else {
             return Err(Error::Plan(format!(
-                "{}: found no whole photograph among {}, wanted one",
+                "{}: none of {} photographs is whole",
                 frames[0].path.display(),
                 plural(frames.len(), "file")
             )));

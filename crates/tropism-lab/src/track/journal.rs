@@ -121,7 +121,7 @@ impl FrameJournal {
             line.clear();
         }
         if end == 0 {
-            return Err(refuse("found no journal of photographs, wanted one; `replace` begins anew"));
+            return Err(refuse("there is no journal of photographs: `replace` begins anew"));
         }
         let cut = self.file.set_len(end).and_then(|()| self.file.seek(SeekFrom::End(0)));
         cut.map_err(disk("write", &self.path))?;
@@ -214,7 +214,7 @@ mod tests {
         );
         for other in ["", "step,tip\n1,2\n"] {
             std::fs::write(&path, other).unwrap();
-            assert!(error(1.0).contains("found no journal"));
+            assert!(error(1.0).contains("there is no journal"));
         }
         std::fs::write(&path, "{\"schema\":\"tropism.frames/1\"}\n").unwrap();
         assert!(error(1.0).contains("`schema` = \"tropism.frames/1\", wanted \"tropism.frames/2\";"));

@@ -77,7 +77,7 @@ fn read_table(path: &Path, frames: &[Frame]) -> Result<Vec<Option<Light>>, Error
         let stem = frame.path.file_stem().unwrap_or_default().to_string_lossy();
         let names = [frame.name.as_str(), &name, stem.as_ref()];
         let light = names.into_iter().find_map(|name| lights.get(name)).map(|(light, _)| *light);
-        light.ok_or_else(|| Error::Plan(format!("{file}: found no row for frame {name}, wanted one")))
+        light.ok_or_else(|| Error::Plan(format!("{file}: there is no row for frame {name}")))
     };
     frames.iter().map(light_of).collect()
 }

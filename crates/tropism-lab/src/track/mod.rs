@@ -56,7 +56,7 @@ impl Workflow for TrackPlan {
         check_minutes("default_period_min", Some(self.default_period_min))?;
         if self.out.extension().is_some_and(|extension| extension == "json" || extension == "jsonl") {
             return Err(Error::Plan(format!(
-                "`out` {}: found the name of the file beside the track, wanted one that ends in .csv",
+                "`out` {}: this is the name of the file beside the track: choose one that ends in .csv",
                 self.out.display()
             )));
         }

@@ -136,7 +136,7 @@ impl TrackPlan {
             return Ok(());
         };
         Err(Error::Plan(format!(
-            "{}: found results here already, wanted a new name, `resume` to go on with them or `replace` to replace them",
+            "{}: results are here already: choose a new name, go on with them by `resume`, or replace them by `replace`",
             taken.display()
         )))
     }

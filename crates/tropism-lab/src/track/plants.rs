@@ -178,7 +178,7 @@ pub(super) fn check_plants(plants: &[PlantPlan]) -> Result<(), Error> {
 fn check_plants_in(place: &str, plants: &[PlantPlan]) -> Result<(), Error> {
     let refuse = |problem: String| Err(Error::Plan(format!("{place}: {problem}")));
     if plants.is_empty() {
-        return refuse("found no [[plant]], wanted at least one".to_owned());
+        return refuse("there is no [[plant]]: describe at least one".to_owned());
     }
     for (index, PlantPlan { name, .. }) in plants.iter().enumerate() {
         let is_allowed = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
@@ -188,7 +188,7 @@ fn check_plants_in(place: &str, plants: &[PlantPlan]) -> Result<(), Error> {
             ));
         }
         if plants[..index].iter().any(|other| other.name == *name) {
-            return refuse(format!("found two plants of the name {name:?}, wanted a name for each"));
+            return refuse(format!("two plants have the name {name:?}: give each its own"));
         }
     }
     Ok(())

@@ -64,7 +64,7 @@ fn check_distinct(controllers: &[NamedController]) -> Result<(), Error> {
     for (place, NamedController { name, controller }) in controllers.iter().enumerate() {
         if let Some(same) = controllers[..place].iter().find(|other| other.controller == *controller) {
             return Err(Error::Plan(format!(
-                "`controllers`: found {} and {name} to be the same controller, wanted each controller once",
+                "`controllers`: {} and {name} are the same controller: name it once",
                 same.name
             )));
         }
@@ -82,7 +82,7 @@ fn champion_files(path: &Path) -> Result<Vec<PathBuf>, Error> {
     let found: Vec<PathBuf> =
         files::list(&folder, "json")?.into_iter().filter(|file| is_champion(file)).collect();
     if found.is_empty() {
-        let problem = "found no champion, network or rule in this folder, wanted files such as champion.json";
+        let problem = "no champion, network or rule in this folder: no file such as champion.json";
         return Err(FileError::content(&folder, problem).into());
     }
     Ok(found)
@@ -144,11 +144,11 @@ fn repeated(names: &[String]) -> Option<&String> {
 /// Checks that the controllers can be told apart, and fit the lamps and the period.
 pub(super) fn check(controllers: &[NamedController], layout: &Layout, period_min: f64) -> Result<(), Error> {
     if controllers.is_empty() {
-        return Err(Error::Plan("found no `controllers`, wanted at least one".to_owned()));
+        return Err(Error::Plan("`controllers` is empty: name at least one".to_owned()));
     }
     let names: Vec<String> = controllers.iter().map(|one| one.name.clone()).collect();
     if let Some(name) = repeated(&names) {
-        return Err(Error::Plan(format!("`controllers`: found {name} twice, wanted each controller once")));
+        return Err(Error::Plan(format!("`controllers`: {name} stands twice: name it once")));
     }
     for NamedController { name, controller } in controllers {
         check_name("controllers", name)?;
@@ -194,7 +194,7 @@ mod tests {
         let empty = tempfile::tempdir().unwrap();
         let error =
             read_controllers(&[ControllerSource::Path(empty.path().to_owned())]).unwrap_err().to_string();
-        assert!(error.contains("found no champion"), "{error}");
+        assert!(error.contains("no champion"), "{error}");
         let absent =
             read_controllers(&[ControllerSource::Path("absent.json".into())]).unwrap_err().to_string();
         assert!(absent.contains("absent.json: cannot read"), "{absent}");

@@ -144,7 +144,7 @@ impl Workflow for TransferPlan {
         check_goal(&self.task)?;
         if self.task.is_in_space() && self.greenhouse.scene.cameras < 2 {
             return Err(Error::Plan(
-                "`task`: found targets in space and one camera, wanted `greenhouse.scene.cameras` = 2"
+                "`task`: its targets are in space, which takes two cameras: `greenhouse.scene.cameras` = 2"
                     .to_owned(),
             ));
         }

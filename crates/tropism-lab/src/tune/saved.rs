@@ -56,7 +56,7 @@ fn read(out: &Path) -> Result<(Head, Vec<Vec<f64>>), Error> {
     let path = path(out);
     if !path.exists() && out.exists() {
         return Err(Error::Plan(format!(
-            "{}: found a rule whose search is over, wanted one to go on with",
+            "{}: the search of this rule is over: there is nothing to go on with",
             out.display()
         )));
     }
@@ -99,7 +99,7 @@ impl SavedSearch {
         let json = |error: serde_json::Error| FileError::content(&path, error.to_string());
         if !plan.resume && path.exists() {
             return Err(Error::Plan(format!(
-                "{}: found an interrupted search, wanted `resume` to go on with it; remove it to begin anew",
+                "{}: an interrupted search is here: go on with it by `resume`, or remove it to begin anew",
                 path.display()
             )));
         }
@@ -112,7 +112,7 @@ impl SavedSearch {
                 let [found, wanted] = [&found, &head].map(serde_json::to_value);
                 let differences = differences(&found.map_err(json)?, &wanted.map_err(json)?);
                 return Err(Error::Plan(format!(
-                    "{}: found a search with other settings{}; wanted the same; remove it to begin anew",
+                    "{}: a search with other settings is here{}: go on with those, or remove it to begin anew",
                     path.display(),
                     differences.replace("`plan.", "`")
                 )));

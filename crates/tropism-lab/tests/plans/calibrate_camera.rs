@@ -33,5 +33,5 @@ fn impossible_plans_are_refused_by_key() {
     assert!(geometry(74.0, 180.0).contains("`view_deg` 180, wanted more than 0 and less than 180"));
     let board = ScaleSource::Checkerboard { columns: 2, rows: 6, square_cm: 1.0 };
     assert!(refused(board).contains("2 x 6 inner corners, wanted 3 to 100"));
-    assert!(refused(ScaleSource::Marks(Vec::new())).contains("found no mark"));
+    assert!(refused(ScaleSource::Marks(Vec::new())).contains("no mark has a length"));
 }

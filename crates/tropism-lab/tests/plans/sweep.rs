@@ -68,17 +68,17 @@ fn what_is_wrong_is_named() {
         ("[grid]\nevolution.neat.population = [50, 0]", "grid: evolution.neat.population = 0: evolution: "),
         ("[grid]\nevolution.runs = 3", "found evolution.runs = 3, wanted a list of values"),
         ("[grid]\n\"evolution.runs\" = [3, 3]", "found 3 twice"),
-        ("[grid]\nseed = [1, 2]", "wanted it as `seeds`"),
-        ("[evolve]\nseed = 1", "wanted it as `seeds`"),
+        ("[grid]\nseed = [1, 2]", "write `seeds`"),
+        ("[evolve]\nseed = 1", "write `seeds`"),
         (
             "[grid]\ntrial_plants.x = [1]\n[evolve]\ntrial_plants = 3",
             "found trial_plants = 3, wanted a table",
         ),
-        ("seeds = [1, 1]", "found seed 1 twice"),
+        ("seeds = [1, 1]", "seed 1 stands twice"),
         ("seeds = 0", "found 0 seeds, wanted 1 to"),
-        ("[evolve]\n[replicates]", "wanted one of them"),
+        ("[evolve]\n[replicates]", "keep one"),
         ("model = \"m.json\"\n[replicates]", "which make models of their own"),
-        ("[grid]\nmethods.x.kind = [1]\n[replicates]\nmethods = []", "found no x in methods"),
+        ("[grid]\nmethods.x.kind = [1]\n[replicates]\nmethods = []", "there is no table x in methods"),
     ] {
         let error = settings(text).unwrap_err().to_string();
         assert!(error.contains(wanted), "{text}: {error}");

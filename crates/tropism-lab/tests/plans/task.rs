@@ -33,7 +33,7 @@ fn a_task_is_read_from_whatever_carries_it() {
     }
     assert_eq!(of_track(&folder.path().join("track.csv")).unwrap(), Some(task));
     let error = read(&write("alone.json", &alone.to_json())).unwrap_err().to_string();
-    assert!(error.contains("alone.json: found a network without its task"), "{error}");
+    assert!(error.contains("alone.json: this network does not say its task"), "{error}");
 }
 
 #[test]

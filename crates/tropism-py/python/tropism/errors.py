@@ -23,7 +23,7 @@ class PlanError(TropismError, ValueError):
     >>> import tropism
     >>> tropism.fit(tracks=[])
     Traceback (most recent call last):
-    tropism.errors.PlanError: fit: found no `tracks`, wanted at least one
+    tropism.errors.PlanError: fit: `tracks` is empty: name at least one
     """
 
 

@@ -2818,7 +2818,7 @@ def stop(
     --------
     >>> stop("nothing")  # doctest: +IGNORE_EXCEPTION_DETAIL
     Traceback (most recent call last):
-    tropism.errors.PlanError: stop: nothing: found no run.toml
+    tropism.errors.PlanError: stop: nothing: this is no run folder
     """
     return execute(StopPlan(folder=folder, wait_min=wait_min, monitor=monitor, threads=threads))
 

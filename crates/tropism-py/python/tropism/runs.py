@@ -42,7 +42,7 @@ class Run:
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self.folder = Path(folder)
         if not (self.folder / "run.toml").exists():
-            raise MissingFileError(f"{self.folder}: found no run.toml, wanted a run folder")
+            raise MissingFileError(f"{self.folder}: this is no run folder: it has no run.toml")
 
     @property
     def track(self) -> Track:

@@ -18,7 +18,7 @@ pub(super) fn execute(species: Species, seed: u64, shell: &Shell) -> Result<()> 
         rows.len()
     ));
     shell.result(&lines.join("\n"), &rows)?;
-    ensure!(missed == 0, "found {missed} statistics outside their range, wanted none");
+    ensure!(missed == 0, "{missed} statistics are outside their range");
     Ok(())
 }
 

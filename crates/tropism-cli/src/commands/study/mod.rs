@@ -110,7 +110,7 @@ impl Study {
     fn check_keeps_nothing(&self) -> Result<()> {
         ensure!(
             self.keep.is_none(),
-            "found --keep, wanted none: a comparison of methods writes no photographs"
+            "--keep does not go with a comparison of methods, which writes no photographs"
         );
         Ok(())
     }
@@ -119,7 +119,7 @@ impl Study {
     fn compare(&self, path: &Path, shell: &Shell) -> Result<()> {
         ensure!(
             self.bean.load()?.is_none(),
-            "found --bean, wanted species in the scenarios of {}",
+            "--bean does not go with {}: write species into its scenarios",
             path.display()
         );
         self.check_keeps_nothing()?;

@@ -88,11 +88,11 @@ enum Engine {
 impl Sweep {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         if self.engine == Engine::Local && (self.address.is_some() || self.workers.is_some()) {
-            bail!("found --address or --workers, wanted --engine ray with them");
+            bail!("--address and --workers go with --engine ray");
         }
         let is_at_address = is_address(&self.out);
         if is_at_address && (self.unit.is_some() || self.list && self.file.is_none()) {
-            bail!("found --out {}, wanted a folder with --unit or --list", self.out.display());
+            bail!("--out {} must be a folder with --unit or --list", self.out.display());
         }
         // What is at an address only Python can read.
         let plan = if is_at_address && self.file.is_none() { None } else { Some(self.plan()?) };
@@ -135,7 +135,7 @@ impl Sweep {
         let folder = file.parent().map(PathBuf::from).unwrap_or_default();
         if let Some(model) = &self.model {
             if config.is_of_replicates() {
-                bail!("found --model, wanted none: replicates make models of their own");
+                bail!("--model does not go with replicates, which make models of their own");
             }
             // From here on, and not from the folder of the file.
             config.model = Some(std::path::absolute(model)?);
