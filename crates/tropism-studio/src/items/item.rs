@@ -215,7 +215,7 @@ impl Item {
         let fitness = fitness_of(path, run.state);
         let text = match (fitness, run.tip_x_cm.zip(run.tip_y_cm)) {
             (Some((fitness, best)), _) => of_possible(Some(fitness), best),
-            (None, Some((x, y))) => format!("tip {}, {y:.1} cm", tenth(x)),
+            (None, Some((x, y))) => format!("tip {}, {y:.1} cm", number(x, 1)),
             (None, None) => "no photograph yet".to_owned(),
         };
         let photo =
@@ -277,19 +277,20 @@ fn fitness_of(path: &Path, state: RunState) -> Option<(f64, Option<f64>)> {
     Some((task.fitness(&track), Some(best)))
 }
 
-/// A number with one decimal and a true minus, which a zero has not.
-fn tenth(value: f64) -> String {
-    let text = format!("{:.1}", value.abs());
-    if value < 0.0 && text != "0.0" { format!("\u{2212}{text}") } else { text }
+/// A number with a true minus, which a zero has not.
+fn number(value: f64, digits: usize) -> String {
+    let text = format!("{:.digits$}", value.abs());
+    let is_zero = text.bytes().all(|letter| matches!(letter, b'0' | b'.'));
+    if value < 0.0 && !is_zero { format!("\u{2212}{text}") } else { text }
 }
 
 fn of_possible(value: Option<f64>, possible: Option<f64>) -> String {
     match (value, possible) {
         (Some(value), Some(possible)) => {
             let digits = usize::from((possible - possible.round()).abs() >= 0.05);
-            format!("{value:.2} of {possible:.digits$} cm")
+            format!("{} of {possible:.digits$} cm", number(value, 2))
         }
-        (Some(value), None) => format!("{value:.2} cm"),
+        (Some(value), None) => format!("{} cm", number(value, 2)),
         (None, _) => "just begun".to_owned(),
     }
 }
@@ -300,9 +301,13 @@ mod tests {
 
     #[test]
     fn numbers_are_written_as_people_write_them() {
-        assert_eq!([-0.04, -0.06, 0.04, 12.34].map(tenth), ["0.0", "\u{2212}0.1", "0.0", "12.3"]);
+        assert_eq!(
+            [-0.04, -0.06, 0.04, 12.34].map(|value| number(value, 1)),
+            ["0.0", "\u{2212}0.1", "0.0", "12.3"]
+        );
         // Rounded to a whole number, the best there can be would be less than what was reached.
         assert_eq!(of_possible(Some(10.13), Some(10.2)), "10.13 of 10.2 cm");
         assert_eq!(of_possible(Some(14.5), Some(15.0)), "14.50 of 15 cm");
+        assert_eq!(of_possible(Some(-0.001), Some(15.0)), "0.00 of 15 cm");
     }
 }
