@@ -98,7 +98,8 @@ function lzma(bytes) {
 
 const wasm = fs.readFileSync(module);
 const script = bundle(path.join(WEB, "app.js"));
-const style = `${read(ASSETS, "style.css")}\n${read(WEB, "web.css")}\n${figures(JSON.parse(await ask(wasm, { ask: "style" })))}`;
+const shared = read(ASSETS, "style.css").replace(/^@import "(.+)";$/gm, (_, file) => read(ASSETS, file));
+const style = `${shared}\n${read(WEB, "web.css")}\n${figures(JSON.parse(await ask(wasm, { ask: "style" })))}`;
 const draw = read(ASSETS, "draw.html").match(/<main id="main">(.*)<\/main>/s)[1];
 const data = {
   module: sevenBits(lzma(wasm)),

@@ -121,3 +121,43 @@ test("lamps of a controller go on and off, and belong to a run while it goes on"
   await run(t, cwd, "note", "bean", "watered", "--step", "0");
   await until(async () => /watered/.test(await text(about, "#events")), "a note on a run that is not at work");
 });
+
+test("a camera is calibrated by clicks, and the rig file takes it when one says so", async (t) => {
+  const cwd = folder(t);
+  const { url } = await wled(t);
+  await rig(t, cwd, url);
+  const before = fs.readFileSync(path.join(cwd, "rig.toml"), "utf8");
+  const { address } = await studio(t, cwd);
+  const opened = await page(t, `${address}devices?rig=rig.toml`, PHONE);
+  await opened.tap("#take");
+  await until(async () => /Tip at/.test(await text(opened, "#seen")), "the photograph");
+  await opened.tap("#calibrate summary");
+  await opened.locator("#photo").scrollIntoViewIfNeeded();
+  const box = await opened.locator("#clicks").boundingBox();
+  const at = (x, y) => [box.x + (x / 648) * box.width, box.y + (y / 486) * box.height];
+  for (const point of [[200, 300], [420, 300], [310, 440]]) await opened.touchscreen.tap(...at(...point));
+  // By keys, to the pixel.
+  await opened.locator("#clicks [aria-label^='Other end']").focus();
+  await opened.keyboard.press("Shift+ArrowRight");
+  const places = await opened.locator("#clicks g").evaluateAll((all) => all.map((one) => one.getAttribute("aria-label").match(/at ([\d.]+), ([\d.]+)/).slice(1).map(Number)));
+  assert.ok(Math.abs(places[0][0] - 200) < 2 && Math.abs(places[1][0] - 430) < 2 && Math.abs(places[2][1] - 440) < 2, String(places));
+  await opened.fill("#length", "20");
+  await opened.tap("#reckon");
+  await until(async () => /pixels a cm/.test(await text(opened, "#reckoned")), "the scale");
+  const [[x1, y1], [x2, y2], base] = places;
+  const scale = Math.hypot(x2 - x1, y2 - y1) / 20;
+  assert.match(await text(opened, "#reckoned"), new RegExp(`${scale.toFixed(2)} pixels a cm.*one pixel off changes all lengths by\\s+0.4 %`, "s"));
+  assert.match(await text(opened, "#reckoned"), /\[calibration\]\s+px_per_cm = /);
+  assert.match(await text(opened, "#reckoned"), /tropism calibrate-camera photo.jpg --mark/);
+  assert.equal(fs.readFileSync(path.join(cwd, "rig.toml"), "utf8"), before, "nothing is written before one says so");
+  await opened.tap("#write");
+  await opened.tap("#sure [value=no]");
+  await opened.tap("#write");
+  await opened.tap("#sure [value=yes]");
+  await until(() => fs.readFileSync(path.join(cwd, "rig.toml"), "utf8") !== before, "the rig file has it");
+  const after = fs.readFileSync(path.join(cwd, "rig.toml"), "utf8");
+  assert.ok(after.includes(`x = ${base[0]}`) && after.startsWith(before.split("[calibration]")[0]), after);
+  // The next photograph is measured by it.
+  await opened.tap("#take");
+  await until(async () => /Tip at/.test(await text(opened, "#seen")), "another photograph");
+});

@@ -210,6 +210,16 @@ ${calibration}`,
   return start(t, cwd, "run", "--rig", "rig.toml", "--controller", "periodic", "--steps", "119", "--out", "bean");
 }
 
+/** `count` runs that are over, fifty in a folder: `lab-1/bean-1` and so on. */
+export async function manyRuns(t, cwd, count) {
+  fs.mkdirSync(path.join(cwd, "lab-1"));
+  await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "greedy", "--steps", "2", "--out", "lab-1/bean-1");
+  for (let number = 1; number < count; number++) {
+    const to = `lab-${1 + Math.floor(number / 50)}/bean-${1 + (number % 50)}`;
+    fs.cpSync(path.join(cwd, "lab-1/bean-1"), path.join(cwd, to), { recursive: true });
+  }
+}
+
 /** The journal of the run in `cwd/at`: numbers of the steps that were seen, decided and confirmed, and kinds of events. */
 export function journal(cwd, at) {
   // What follows the last line break is still being written.

@@ -1,4 +1,4 @@
-// Measures the page: node measure.js [first] [viewers] [soak]. Prints what docs/validation/studio-speed.md says, with the
+// Measures the page: node measure.js [first] [many] [viewers] [soak]. Prints what docs/validation/studio-speed.md says, with the
 // load of the machine.
 //
 // `first` and `viewers` need a folder of 20 evolutions of 2000 generations, one of them of 20 runs, and a run of 1000
@@ -7,7 +7,7 @@ import fs from "node:fs";
 import http from "node:http";
 import os from "node:os";
 import path from "node:path";
-import { close, folder, page, photographs, run, start, studio, until } from "./helpers.js";
+import { close, folder, manyRuns, page, photographs, run, start, studio, until } from "./helpers.js";
 
 const ends = [];
 const t = { after: (end) => ends.push(end) };
@@ -121,6 +121,25 @@ async function first() {
   }
   live.kill("SIGTERM");
   await ended(live);
+}
+
+async function many() {
+  const cwd = folder(t);
+  await manyRuns(t, cwd, 250);
+  const opened = await page(t, "about:blank");
+  const sights = [];
+  for (let time = 0; time < 5; time++) {
+    const { child, address } = await studio(t, cwd);
+    const context = await opened.context().browser().newContext(SIZES.phone);
+    const own = await context.newPage();
+    await own.addInitScript(`(${watch})(() => document.querySelectorAll("#rows .open").length >= 50)`);
+    await own.goto(address);
+    sights.push(await until(() => own.evaluate(() => globalThis.seen.there), "content", 120));
+    await context.close();
+    child.kill("SIGKILL");
+  }
+  sights.sort((one, other) => one - other);
+  console.log(`overview of 250 runs by a studio that has just begun, on a phone: content after ${ms(sights[2])} (${ms(sights[0])} to ${ms(sights[4])}); ${load()}`);
 }
 
 /** A viewer as the page is one: it listens, and asks for each photograph, its stem, and every minute what is expected. */
@@ -243,7 +262,7 @@ async function soak() {
 
 const asked = process.argv.slice(2);
 try {
-  for (const [name, measure] of Object.entries({ first, viewers, soak })) {
+  for (const [name, measure] of Object.entries({ first, many, viewers, soak })) {
     if (!asked.length || asked.includes(name)) await measure();
   }
 } finally {

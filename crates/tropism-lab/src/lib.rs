@@ -38,6 +38,7 @@ mod journal;
 mod lock;
 mod folder;
 mod notes;
+pub mod tags;
 mod recorder;
 mod error;
 pub mod monitor;

@@ -1,6 +1,6 @@
 // Begin work: forms whose values become a command of tropism, and the queue of what waits and runs.
 // @ts-check
-import { $, asked, chip, command, get, html, insist, listen, post, put, refuse, say, session, toast, wordOf } from "./studio.js";
+import { $, asked, chip, command, folded, get, html, insist, listen, post, put, refuse, say, session, toast, wordOf } from "./studio.js";
 
 /**
  * @typedef {{ name: string, label: string, kind: "choice" | "number" | "flag" | "name" | "place", preset: string, is_needed: boolean, offered: string[] }} Field
@@ -108,7 +108,7 @@ const row = (job) =>
         ${job.state === "waiting" ? "" : html`<button class="btn quiet" type="button" data-do="log" data-number="${job.number}">Log</button>`}
       </span>
     </div>
-    ${job.problem ? html`<p class="small">${job.problem}</p>` : ""}
+    ${job.problem ? html`<div class="small">${folded(job.problem)}</div>` : ""}
   </li>`;
 
 let logged = 0;

@@ -1,6 +1,8 @@
 // Devices by hand: a lamp for a stated time, the flash, a photograph now, a live view with the tip marked.
 // @ts-check
-import { $, asked, capital, chip, command, get, html, insist, lampClass, listen, mmss, num, post, put, refuse, session, toast, virtual, wordOf, banner } from "./studio.js";
+import { $, asked, capital, chip, command, folded, get, html, insist, lampClass, listen, mmss, num, post, put, refuse, session, toast, trusted, virtual, wordOf, banner } from "./studio.js";
+import { clickIn } from "./calibrate.js";
+import { frameFor, ring } from "./photo.js";
 
 /** Pause between two photographs of the live view, in ms: enough to focus and to frame by. */
 const LIVE_MS = 2000;
@@ -53,7 +55,7 @@ async function wish(wish) {
 }
 
 /** Says why a rig cannot be had. @param {any} error */
-const problem = (error) => put($("#banner"), banner("bad", "alert", wordOf(error)));
+const problem = (error) => put($("#banner"), banner("bad", "alert", folded(wordOf(error))));
 
 $("#lamps").onclick = async ({ target }) => {
   const button = target.closest("button");
@@ -103,13 +105,14 @@ function show({ number, seen }) {
   const image = $("#img");
   image.hidden = false;
   $("#no-photo").hidden = true;
+  const own = rig();
+  image.onload = () => clickIn({ rig: own, number, size: [image.naturalWidth, image.naturalHeight] });
   image.src = `api/rig/photo?number=${number}`;
   const { tip, tip_px: pixel } = seen;
   const text = tip ? `Tip at ${num(tip[0], 1)}, ${num(tip[1], 1)} cm, confidence ${num(seen.confidence, 2)}.` : `No plant found: ${seen.status.replaceAll("_", " ")}.`;
   $("#seen").textContent = text;
   image.alt = text;
-  const ring = (/** @type {string} */ kind) => html`<circle class="${kind}" cx="${pixel?.x}" cy="${pixel?.y}" r="${(about?.size?.[0] ?? 648) / 59}"></circle>`;
-  put($("#over"), pixel ? [ring("dark"), ring("ring")] : "");
+  put($("#over"), pixel ? trusted(ring(pixel.x, pixel.y, (about?.size?.[0] ?? 648) / 59)) : "");
 }
 
 function stopLive() {
@@ -129,11 +132,11 @@ $("#live").onclick = () => {
   $("#live").setAttribute("aria-pressed", "true");
   live();
 };
-$("#near").onclick = () => $("#near").setAttribute("aria-pressed", String($("#photo").classList.toggle("near")));
 
 async function choose() {
   stopLive();
   about = null;
+  clickIn(null);
   offer();
   put($("#lamps"), "");
   put($("#over"), "");
@@ -149,10 +152,7 @@ async function choose() {
     const found = await get("api/rig", { at: name });
     if (name !== rig()) return;
     about = found;
-    if (found.size) {
-      $("#over").setAttribute("viewBox", `0 0 ${found.size[0]} ${found.size[1]}`);
-      $("#photo").style.aspectRatio = `${found.size[0]} / ${found.size[1]}`;
-    }
+    if (found.size) frameFor(found.size[0], found.size[1]);
     put($("#state"), found.is_virtual ? virtual("virtual tent: five minutes pass with each photograph") : chip("live", "real devices"));
     know(found.state);
     offer();

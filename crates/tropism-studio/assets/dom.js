@@ -129,6 +129,21 @@ export function toast(text) {
 /** What went wrong, in words. @param {any} error @returns {string} */
 export const wordOf = (error) => (error instanceof Error ? error.message : String(error));
 
+/** Letters of an error that are read at a glance; chosen, two lines of a phone. */
+const GLANCE = 110;
+
+/** A long text under its first sentence: the rest is unfolded. @param {string} text */
+export function folded(text) {
+  if (text.length <= GLANCE) return html`${text}`;
+  // Up to the last stop that is seen at a glance, else up to a word.
+  const stop = Math.max(...[". ", ": ", "; "].map((end) => text.lastIndexOf(end, GLANCE)));
+  const first = stop > 20 ? text.slice(0, stop + 1) : `${text.slice(0, text.lastIndexOf(" ", GLANCE) + 1 || GLANCE).trimEnd()}…`;
+  return html`<details class="folded">
+    <summary>${first}</summary>
+    <p class="mono">${text}</p>
+  </details>`;
+}
+
 /** Says what went wrong. @param {any} error */
 export const say = (error) => toast(wordOf(error));
 

@@ -2,7 +2,7 @@
 // @ts-check
 import { $, $$, asked, command, get, html, listen, num, pageOf, plural, post, put, say, session, toast } from "./studio.js";
 import { fit, line, plot } from "./figure.js";
-import { best, drawing, free, learn, mode, take, text } from "./drawing.js";
+import { best, drawing, free, learn, mode, take } from "./drawing.js";
 import { draw, view } from "./plane.js";
 import { drawn, setMode } from "./editor.js";
 import { begin, pause, play } from "./trial.js";
@@ -162,11 +162,15 @@ const curve = fit($("#curve"), (width) => {
 $("#early").onclick = () => enter("try");
 $("#redraw").onclick = () => enter("draw");
 
+/** Names under which this page has saved: what changed since takes the place of what it saved itself. @type {Set<string>} */
+const saved = new Set();
+
 // Save.
 $("#save").onclick = async () => {
   try {
     const name = $("#name").value.trim();
-    const found = await post("api/draw/save", { name, drawing: drawing() });
+    const found = await post("api/draw/save", { name, drawing: drawing(), replace: saved.has(name) });
+    saved.add(name);
     put($("#commands"), found.commands.map(command));
     toast(`${found.file} is written.`);
   } catch (error) {
@@ -174,10 +178,18 @@ $("#save").onclick = async () => {
   }
 };
 
-const given = asked.get("drawing");
 try {
-  const draft = given ?? sessionStorage.getItem("draft");
-  if (draft) take(JSON.parse(draft));
+  const given = asked.get("drawing");
+  if (given) {
+    take(JSON.parse(given));
+  } else {
+    const draft = JSON.parse(sessionStorage.getItem("draft") ?? "null");
+    if (draft) {
+      take(draft.drawing);
+      $("#name").value = draft.name;
+      for (const name of draft.saved) saved.add(name);
+    }
+  }
 } catch {
   // The paper's targets stand in.
 }
@@ -186,7 +198,7 @@ document.addEventListener("visibilitychange", keepDraft);
 addEventListener("pagehide", keepDraft);
 function keepDraft() {
   try {
-    sessionStorage.setItem("draft", text());
+    sessionStorage.setItem("draft", JSON.stringify({ drawing: drawing(), name: $("#name").value, saved: [...saved] }));
   } catch {
     // Without storage the drawing ends with the page.
   }

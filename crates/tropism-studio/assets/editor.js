@@ -308,7 +308,7 @@ function tell() {
   const far = targets().filter((item) => word(item).isFar).length;
   const touching = items.some((item) => isObstacle(item) && word(item).isFar);
   $("#possible").textContent = targets().length
-    ? `Best possible fitness ${num(best, 1)}.${far ? ` ${plural(far, "target")} out of reach: the last centimetres will be missing.` : ""}${touching ? " The seedling touches an obstacle: no plant can do this task." : ""}`
+    ? `${best ? `Best possible fitness ${num(best, 1)}.` : "Working out what can be reached."}${far ? ` ${plural(far, "target")} out of reach: the last centimetres will be missing.` : ""}${touching ? " The seedling touches an obstacle: no plant can do this task." : ""}`
     : "";
 }
 for (const id of ["#targets", "#others"]) {

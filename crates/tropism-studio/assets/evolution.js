@@ -26,7 +26,7 @@ import {
   virtual,
   wordOf,
 } from "./studio.js";
-import { band, cross, fit, lampPath, line, plot, wantedLine } from "./figure.js";
+import { WAITS, band, cross, fit, lampPath, line, plot, wantedLine } from "./figure.js";
 import { keep } from "./keep.js";
 import { shape } from "./obstacle.js";
 
@@ -49,7 +49,8 @@ const bestRun = () => {
 const shownRun = () => picked ?? bestRun();
 
 const curve = fit($("#curve"), (width) => {
-  if (!data?.marks.length) return '<p class="soft">After the first generation that is saved.</p>';
+  if (!data) return WAITS;
+  if (!data.marks.length) return '<p class="soft">After the first generation that is saved.</p>';
   const { marks, best, q1, q3, median } = data;
   const low = Math.min(0, ...best.map((run) => run[0] ?? 0));
   const high = Math.max(about.best ?? 1, ...data.top) * 1.05;
@@ -95,7 +96,8 @@ const small = (id, key, name) =>
 const species = small("#species", "species", "Species");
 const links = small("#links", "links", "Links a network");
 
-$("#curve").addEventListener("pointermove", (event) => {
+/** Says the values under the pointer or the finger. @param {PointerEvent} event */
+function read(event) {
   if (!data?.marks.length) return;
   const box = $("#curve").getBoundingClientRect();
   const last = data.state === "over" ? data.marks.at(-1) : data.generations;
@@ -105,7 +107,8 @@ $("#curve").addEventListener("pointermove", (event) => {
   const own = data.best[shownRun()]?.[place];
   $("#read").textContent =
     `generation ${data.marks[place]}: median ${num(data.median[place])}${own === undefined ? "" : `, run ${shownRun()} ${num(own)}`}`;
-});
+}
+for (const name of ["pointerdown", "pointermove"]) $("#curve").addEventListener(name, read);
 
 function facts() {
   const top = data.top.at(-1);

@@ -17,6 +17,9 @@ export function ticks(from, to, count = 5) {
   return all;
 }
 
+/** Stands where a figure comes when its numbers are known. */
+export const WAITS = '<div class="skeleton block"></div>';
+
 /**
  * @typedef {(value: number) => number} Scale
  * @typedef {{ w: number, h: number, x: [number, number], y: [number, number], xt?: number[], yt?: number[], xl?: string, yl?: string,
@@ -109,6 +112,9 @@ export function lampPath(points, X, Y, kind = "bold") {
     .join("");
 }
 
+/** Narrower than its letters a figure is not drawn. */
+const LEAST_PX = 80;
+
 /**
  * Draws into `element` in its width, and again when that changes: letters keep their size. Returns what draws again.
  * @param {Element} element @param {(width: number) => string} draw
@@ -119,7 +125,7 @@ export function fit(element, draw) {
   const go = () => {
     waits = false;
     width = Math.round(element.clientWidth);
-    if (width > 0) element.innerHTML = draw(width);
+    if (width > LEAST_PX) element.innerHTML = draw(width);
   };
   new ResizeObserver(() => {
     if (Math.round(element.clientWidth) !== width) go();

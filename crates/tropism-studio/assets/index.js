@@ -3,8 +3,10 @@
 import {
   $,
   $$,
+  asked,
   capital,
   chip,
+  folded,
   html,
   icon,
   lampClass,
@@ -21,7 +23,7 @@ import {
 } from "./studio.js";
 
 /**
- * @typedef {{ at: string, name: string, kind: string, state: string, is_virtual: boolean | null, began: number | null, changed: number | null,
+ * @typedef {{ at: string, name: string, tags: string[], kind: string, state: string, is_virtual: boolean | null, began: number | null, changed: number | null,
  *   value: number | null, text: string, health: string, step: number | null, photo: number | null, photo_name: string | null, photo_v: string | null,
  *   next: number | null, lamp: string | null, done: number | null, total: number | null }} Item
  */
@@ -34,29 +36,74 @@ let isKnown = false;
 
 const find = $("#find");
 const kind = $("#kind");
+const folder = $("#folder");
+const tag = $("#tag");
 const sort = $("#sort");
 
+// Made once: hundreds of names are compared with it, again and again.
+const { compare: byName } = new Intl.Collator(undefined, { numeric: true });
 const ORDERS = {
   new: (a, b) => rank(b) - rank(a) || (b.began ?? 0) - (a.began ?? 0),
-  best: (a, b) => (b.value ?? -Infinity) - (a.value ?? -Infinity) || a.name.localeCompare(b.name),
-  name: (a, b) => a.name.localeCompare(b.name, undefined, { numeric: true }),
+  best: (a, b) => (b.value ?? -Infinity) - (a.value ?? -Infinity) || byName(a.name, b.name),
+  name: (a, b) => byName(a.name, b.name),
 };
 /** What goes on stands first. @param {Item} item */
 const rank = (item) => Number(item.state === "live" || item.state === "overdue");
 const address = (/** @type {Item} */ item) => pageOf(item.kind, item.at);
 
-const MOST_ROWS = 500;
+/** Rows of a page: more are not looked through by eye. */
+const PAGE = 50;
+let page = Number(asked.get("page") ?? 0);
 /** Rows by the place of what they show. @type {Map<string, { tr: HTMLElement, shows: Item | null }>} */
 const drawn = new Map();
+
+/** Whether an item lies in a folder, or in one below it. @param {Item} item @param {string} folder */
+const isIn = (item, folder) => !folder || item.at.startsWith(`${folder}/`);
+
+/** The folders that hold work, as they are, without those that are work themselves. */
+function folders() {
+  const all = new Set();
+  for (const { at } of items.values()) {
+    const names = at.split("/").slice(0, -1);
+    for (let depth = 1; depth <= names.length; depth++) {
+      const folder = names.slice(0, depth).join("/");
+      // What lies in a study is the study's.
+      if (items.has(folder)) break;
+      all.add(folder);
+    }
+  }
+  return [...all].sort(byName);
+}
+
+/** Offers what there is to choose from; nothing where there is no choice. @param {HTMLSelectElement} select @param {string} every @param {string[]} words */
+function offer(select, every, words) {
+  const { value } = select;
+  const all = value && !words.includes(value) ? [...words, value] : words;
+  put(select, [html`<option value="">${every}</option>`, all.map((word) => html`<option>${word}</option>`)]);
+  select.value = value;
+  select.hidden = !all.length;
+}
+
+/** Keeps what is chosen in the address: one comes back to it. */
+function remember() {
+  const chosen = { find: find.value, kind: kind.value, folder: folder.value, tag: tag.value, sort: sort.value, page: String(page) };
+  const told = Object.entries(chosen).filter(([name, value]) => value && value !== (name === "sort" ? "new" : "0"));
+  history.replaceState(null, "", told.length ? `?${new URLSearchParams(told)}` : location.pathname);
+}
 
 function rows() {
   const wanted = find.value.trim().toLowerCase();
   const all = [...items.values()];
-  const shown = all
+  const found = all
     .filter((item) => item.name.toLowerCase().includes(wanted) && (!kind.value || item.kind === kind.value))
+    .filter((item) => isIn(item, folder.value) && (!tag.value || item.tags.includes(tag.value)))
     .sort(ORDERS[/** @type {"new"} */ (sort.value)]);
+  page = Math.max(0, Math.min(page, Math.ceil(found.length / PAGE) - 1));
+  const shown = found.slice(page * PAGE, (page + 1) * PAGE);
   const row = (/** @type {Item} */ item) =>
-    html`<th class="c-name" scope="row"><a class="open" href="${address(item)}">${item.name}</a></th>
+    html`<th class="c-name" scope="row">
+        <a class="open" href="${address(item)}">${item.name}</a>${item.tags.map((tag) => html` <span class="chip">${tag}</span>`)}
+      </th>
       <td class="c-kind">
         <span class="kind">${icon(item.kind)}${item.kind}${item.is_virtual ? html` ${virtual()}` : ""}</span>
       </td>
@@ -64,18 +111,36 @@ function rows() {
       <td class="c-since soft">${item.began ? moment(item.began) : ""}</td>
       <td class="n c-best">${item.text}</td>
       <td class="c-health">${item.health === "good" ? html`<span class="soft">good</span>` : item.health}</td>`;
-  // Of hundreds of rows those are drawn that changed, and those moved that moved: else each photograph would cost a frame.
+  // Those rows are drawn that changed, and those moved that moved: else each photograph would cost a frame.
   const place = $("#rows");
-  shown.slice(0, MOST_ROWS).forEach((item, index) => {
+  shown.forEach((item, index) => {
     const { tr, shows } = drawn.get(item.at) ?? { tr: document.createElement("tr"), shows: null };
     if (shows !== item) put(tr, row(item));
     drawn.set(item.at, { tr, shows: item });
     if (place.children[index] !== tr) place.insertBefore(tr, place.children[index] ?? null);
   });
-  while (place.children.length > Math.min(MOST_ROWS, shown.length)) place.lastElementChild.remove();
+  while (place.children.length > shown.length) place.lastElementChild.remove();
   for (const at of drawn.keys()) if (!items.has(at)) drawn.delete(at);
-  $("#count").textContent = `${shown.length} of ${all.length}${shown.length > MOST_ROWS ? `, ${MOST_ROWS} shown` : ""}`;
-  $("#none").hidden = shown.length > 0 || all.length === 0;
+  $("#count").textContent = `${found.length} of ${all.length}`;
+  $("#none").hidden = found.length > 0 || all.length === 0;
+  $("#pager").hidden = found.length <= PAGE;
+  $("#which").textContent = `${page * PAGE + 1} to ${page * PAGE + shown.length} of ${found.length}`;
+  $("#before").setAttribute("aria-disabled", String(page === 0));
+  $("#after").setAttribute("aria-disabled", String((page + 1) * PAGE >= found.length));
+}
+
+/** Shows the first page of what is chosen now. */
+function choose() {
+  page = 0;
+  rows();
+  remember();
+}
+
+/** @param {number} by */
+function turn(by) {
+  page += by;
+  rows();
+  remember();
 }
 
 /** @param {Item} item */
@@ -135,12 +200,14 @@ function queueCard() {
     <ol class="steps">
       ${open.map(job)}
     </ol>
-    ${failed.map((one) => html`<p class="small"><b>${one.at} failed:</b> ${one.problem}</p>`)}
+    ${failed.map((one) => html`<div class="small"><b>${one.at} failed:</b> ${folded(one.problem)}</div>`)}
   </div>`;
 }
 
 function draw() {
   const all = [...items.values()];
+  offer(folder, "Every folder", folders());
+  offer(tag, "Every tag", [...new Set(all.flatMap((item) => item.tags))].sort(byName));
   rows();
   const live = all.filter(
     (item) => rank(item) && !all.some((other) => other !== item && rank(other) && item.at.startsWith(`${other.at}/`)),
@@ -182,15 +249,24 @@ function tick() {
   }
 }
 
-find.oninput = kind.onchange = sort.onchange = rows;
+find.oninput = kind.onchange = folder.onchange = tag.onchange = sort.onchange = choose;
 $("#clear").onclick = () => {
-  find.value = kind.value = "";
-  rows();
+  find.value = kind.value = folder.value = tag.value = "";
+  choose();
 };
+$("#before").onclick = () => turn(-1);
+$("#after").onclick = () => turn(1);
 addEventListener("click", (event) => {
   const button = /** @type {any} */ (event.target).closest?.("[data-remove]");
   if (button) post("api/queue/remove", { number: Number(button.dataset.remove) }).catch(say);
 });
+
+for (const [name, select] of Object.entries({ kind, sort })) if (asked.get(name)) select.value = asked.get(name);
+find.value = asked.get("find") ?? "";
+for (const [name, select] of Object.entries({ folder, tag })) {
+  put(select, html`<option>${asked.get(name) ?? ""}</option>`);
+  select.value = asked.get(name) ?? "";
+}
 
 // At once: it does not wait for the words in the foot.
 listen(

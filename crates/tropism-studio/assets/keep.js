@@ -1,6 +1,6 @@
-// What is kept of a piece of work: its files to save, its name, and its end.
+// What is kept of a piece of work: its files to save, its tags, its name, and its end.
 // @ts-check
-import { $, html, onYes, pageOf, post, put, say, toast } from "./studio.js";
+import { $, get, html, onYes, pageOf, post, put, say, toast } from "./studio.js";
 
 /**
  * Shows in `#keep` what can be saved and changed of work.
@@ -21,6 +21,13 @@ export function keep(kind, at, { name, isOver = false }) {
   put(
     $("#keep"),
     html`<div class="row">${files}</div>
+      <form class="row" id="tagging" autocomplete="off">
+        <span class="row" id="tags"></span>
+        <label class="inline-field small soft change"
+          ><span>Tag</span><input class="search" id="tag" required maxlength="30" pattern="[\\p{L}\\p{N}._\\-]+" title="letters, digits, - _ ." spellcheck="false" autocapitalize="none"
+        /></label>
+        <button class="btn change">Add</button>
+      </form>
       ${
         at === ""
           ? ""
@@ -41,6 +48,7 @@ export function keep(kind, at, { name, isOver = false }) {
             </dialog>`
       }`,
   );
+  tagging(at);
   const rename = $("#rename");
   if (!rename) return;
   rename.onsubmit = async (event) => {
@@ -65,4 +73,36 @@ export function keep(kind, at, { name, isOver = false }) {
       say(error);
     }
   });
+}
+
+/** Shows the tags of work, and lets them be changed. @param {string} at */
+async function tagging(at) {
+  /** @type {string[]} */
+  let tags = [];
+  const show = () =>
+    put(
+      $("#tags"),
+      tags.map(
+        (tag) =>
+          html`<span class="chip tagged"
+            ><a href="./?${new URLSearchParams({ tag })}">${tag}</a
+            ><button class="change" type="button" data-untag="${tag}" aria-label="Take the tag ${tag} off">×</button></span
+          >`,
+      ),
+    );
+  /** @param {string[]} wanted */
+  const set = async (wanted) => {
+    ({ tags } = await post("api/tags", { at, tags: wanted }));
+    show();
+  };
+  $("#tagging").onsubmit = (event) => {
+    event.preventDefault();
+    set([...tags, $("#tag").value.trim()]).then(() => ($("#tag").value = ""), say);
+  };
+  $("#tags").onclick = ({ target }) => {
+    const off = target.dataset.untag;
+    if (off) set(tags.filter((tag) => tag !== off)).then(() => $("#tag").focus(), say);
+  };
+  ({ tags } = await get("api/tags", { at }).catch(() => ({ tags: [] })));
+  show();
 }

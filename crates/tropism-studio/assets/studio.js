@@ -1,9 +1,13 @@
-// Shared by all pages of the studio: the frame, what the server is asked, live events, hold to confirm, words for times.
+// Shared by all pages of the studio: the frame, live events, hold to confirm, words for states.
 // @ts-check
-import { $, $$, MARK, html, icon, num, put, say, toggleTheme, trusted, wordOf } from "./dom.js";
+import { askSession, insist, session, toLogIn } from "./ask.js";
+import { $, $$, MARK, folded, html, icon, num, put, say, toggleTheme, trusted, wordOf } from "./dom.js";
 import { hear } from "./early.js";
+import { setClock, span } from "./time.js";
 
+export * from "./ask.js";
 export * from "./dom.js";
+export * from "./time.js";
 
 const PAGES = [
   ["./", "index", "Overview"],
@@ -57,53 +61,8 @@ function frame() {
 }
 frame();
 
-/** Seconds by which the server's clock is ahead of this one. */
-let ahead = 0;
-/** @param {number} unix */
-export const setClock = (unix) => {
-  ahead = unix - Date.now() / 1000;
-};
-/** Seconds since 1970 by the server's clock. */
-export const now = () => Date.now() / 1000 + ahead;
-
-/**
- * @typedef {{ csrf: string, read_only: boolean }} Session
- * @typedef {{ session: Session | null, asks_for_token: boolean, folder: string, version: string, is_demo: boolean, now: number }} Found
- */
-
-/** How long an answer may take. */
-const ANSWER_MS = 10_000;
-/** Pause before a change that did not reach the studio is asked for again. */
-const AGAIN_MS = 2_000;
-/** After so long a change is not asked for again by itself: nobody expects it any more. */
-const INSISTS_MS = 120_000;
-
-/** The word that changes carry; a studio that began anew has another. */
-let csrf = "";
-
-/** @returns {Promise<Found>} */
-async function askSession() {
-  const found = await (await fetch("api/session", { signal: AbortSignal.timeout(ANSWER_MS) })).json();
-  csrf = found.session?.csrf ?? "";
-  return found;
-}
-
-/** Goes where one logs in, and comes back to this page. */
-const toLogIn = () => {
-  const own = (location.pathname.split("/").at(-1) ?? "") + location.search;
-  location.assign(own ? `login?${new URLSearchParams({ to: own })}` : "login");
-};
-
-/** The session, asked for until the studio answers. */
-async function firstSession() {
-  for (;;) {
-    const found = await askSession().catch(() => null);
-    if (found) return found;
-    await new Promise((done) => setTimeout(done, AGAIN_MS));
-  }
-}
-
-export const session = firstSession().then((found) => {
+/** Says what is shown, where, and to whom. @param {import("./ask.js").Found} found */
+function foot(found) {
   setClock(found.now);
   const own = found.session;
   if (own?.read_only) document.body.classList.add("read-only");
@@ -117,106 +76,8 @@ export const session = firstSession().then((found) => {
   );
   const out = $("#logout");
   if (out) out.onclick = () => insist("api/logout", {}, "The log-out").then(() => location.assign("login"), say);
-  return found;
-});
-
-/** @param {Response} answer */
-async function read(answer) {
-  if (answer.status === 401) toLogIn();
-  const data = await answer.json().catch(() => ({ error: `the studio answered ${answer.status}` }));
-  if (!answer.ok) throw new Error(data.error ?? `the studio answered ${answer.status}`);
-  return data;
 }
-
-/** @param {string} path @param {Record<string, any>} [values] @returns {Promise<any>} */
-export async function get(path, values = {}) {
-  const known = Object.entries(values).filter(([, value]) => value !== undefined && value !== null);
-  const query = new URLSearchParams(known.map(([key, value]) => [key, String(value)]));
-  return read(await fetch(known.length ? `${path}?${query}` : path));
-}
-
-/** That the studio did not answer. */
-class Unanswered extends Error {}
-
-/** @param {string} path @param {any} body @param {number} within */
-async function send(path, body, within) {
-  for (let isFirst = true; ; isFirst = false) {
-    const word = csrf;
-    const headers = { "Content-Type": "application/json", "X-Tropism-Csrf": word };
-    const signal = AbortSignal.timeout(within);
-    const answer = await fetch(path, { method: "POST", headers, body: JSON.stringify(body), signal }).catch(() => {
-      throw new Unanswered("The studio does not answer.");
-    });
-    // A studio that began anew does not know the word of this page, which may have none yet: a fresh one is asked for, once.
-    if (answer.status === 403 && isFirst) {
-      const found = await askSession().catch(() => null);
-      if (found?.session && found.session.csrf !== word) continue;
-    }
-    return read(answer);
-  }
-}
-
-/** Shows what lasts, until it is taken away, with buttons; gives what was pressed. @param {any} text @param {string[]} buttons */
-function notice(text, ...buttons) {
-  const note = document.createElement("div");
-  note.className = "toast notice";
-  note.setAttribute("role", "alert");
-  put(note, [html`<span>${text}</span>`, buttons.map((name) => html`<button class="btn quiet" type="button">${name}</button>`)]);
-  document.body.append(note);
-  const pressed = new Promise((done) => {
-    note.onclick = ({ target }) => target instanceof HTMLButtonElement && done(target.textContent);
-  });
-  return { pressed, end: () => note.remove() };
-}
-
-/** Says what waits when it takes longer than a moment. @template T @param {Promise<T>} doing @param {string} what @returns {Promise<T>} */
-async function watched(doing, what) {
-  let note = { end: () => {} };
-  const timer = setTimeout(() => (note = notice(`${what} waits for the studio.`)), 1500);
-  return doing.finally(() => {
-    clearTimeout(timer);
-    note.end();
-  });
-}
-
-/**
- * Asks for a change; where the studio does not answer, one is asked whether to try again: it may have been done.
- * @param {string} path @param {any} body @param {number} [within] how long it may take, in ms @returns {Promise<any>}
- */
-export async function post(path, body, within = ANSWER_MS) {
-  for (;;) {
-    try {
-      return await watched(send(path, body, within), "This");
-    } catch (error) {
-      if (!(error instanceof Unanswered)) throw error;
-      const text = "The studio did not answer. It may have been done all the same: look, then try again.";
-      const asks = notice(text, "Try again", "Leave it");
-      const answer = await asks.pressed;
-      asks.end();
-      if (answer !== "Try again") throw error;
-    }
-  }
-}
-
-/**
- * Asks for a change that does no harm when it is asked for twice, again and again until the studio answers, and says so.
- * @param {string} path @param {any} body @param {string} what @returns {Promise<any>}
- */
-export async function insist(path, body, what) {
-  const began = Date.now();
-  for (let tries = 2; ; tries++) {
-    try {
-      return await watched(send(path, body, ANSWER_MS), what);
-    } catch (error) {
-      if (!(error instanceof Unanswered)) throw error;
-    }
-    if (Date.now() - began > INSISTS_MS) throw new Error(`${what} did not reach the studio.`);
-    const note = notice(html`<b>${what} has not reached the studio.</b> Try ${tries} follows.`, "Give up");
-    const answer = await Promise.race([note.pressed, new Promise((done) => setTimeout(done, AGAIN_MS))]);
-    note.end();
-    if (answer) throw new Error(`${what} was given up: it did not reach the studio.`);
-  }
-}
+session.then(foot);
 
 /** Calls `act` when the form of a dialog is sent by its button `yes`. Escape sends nothing, whatever was said before. */
 export function onYes(/** @type {HTMLDialogElement} */ dialog, /** @type {() => void} */ act) {
@@ -306,7 +167,7 @@ export const banner = (kind, role, text, after = "") =>
   </div>`;
 
 /** Shows at the top of the page that what it is for cannot be had. @param {any} error */
-export const refuse = (error) => put($("#banner"), banner("bad", "alert", wordOf(error)));
+export const refuse = (error) => put($("#banner"), banner("bad", "alert", folded(wordOf(error))));
 
 /** A page that hears nothing any more. @param {number} seconds since it heard something @param {any} what goes on */
 export const cutOff = (seconds, what) =>
@@ -364,28 +225,6 @@ export function hold(button, act, hint = () => {}) {
 
 /** " of" the best fitness that there can be, where it is known. @param {number | null | undefined} best */
 export const ofBest = (best) => (best ? ` of ${num(best, Math.abs(best - Math.round(best)) < 0.05 ? 0 : 1)}` : "");
-/** @param {number} seconds */
-export const mmss = (seconds) => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`;
-/** A span of time in words. @param {number} seconds */
-export function span(seconds) {
-  const s = Math.max(0, seconds);
-  if (s < 60) return `${Math.floor(s)} s`;
-  if (s < 3600) return `${Math.floor(s / 60)} min`;
-  if (s < 86_400) return `${Math.floor(s / 3600)} h ${Math.floor((s % 3600) / 60)} min`;
-  return `${Math.floor(s / 86_400)} d ${Math.floor((s % 86_400) / 3600)} h`;
-}
-// Made once: to make them takes longer than all that they write on a page.
-const CLOCK = new Intl.DateTimeFormat([], { hour: "2-digit", minute: "2-digit", hour12: false });
-const DAY = new Intl.DateTimeFormat([], { day: "numeric", month: "short" });
-/** A moment in the words of a person. @param {number} unix */
-export function moment(unix) {
-  const date = new Date(unix * 1000);
-  const days = Math.floor((new Date(now() * 1000).setHours(0, 0, 0, 0) - new Date(date).setHours(0, 0, 0, 0)) / 86_400_000 + 0.5);
-  const clock = CLOCK.format(date);
-  if (days === 0) return clock;
-  if (days === 1) return `yesterday ${clock}`;
-  return `${DAY.format(date)} ${clock}`;
-}
 /** Bytes in words. @param {number} bytes */
 export const size = (bytes) => (bytes < 1e9 ? `${Math.round(bytes / 1e6)} MB` : `${Math.round(bytes / 1e9)} GB`);
 const STATES = {

@@ -74,7 +74,9 @@ function scores() {
   const frame = trial?.frames[step];
   const isEnd = trial && isDone(trial);
   const says =
-    !frame || step === 0
+    !frame
+      ? "a bean is being grown"
+      : step === 0
       ? "the bean is 4 cm high"
       : isEnd
         ? "the end"

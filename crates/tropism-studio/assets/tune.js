@@ -6,6 +6,7 @@ import {
   asked,
   banner,
   command,
+  folded,
   get,
   html,
   icon,
@@ -21,6 +22,7 @@ import {
   virtual,
   wordOf,
 } from "./studio.js";
+import { frameFor, regionOf, ring, stemLine } from "./photo.js";
 
 /** @typedef {{ mode: string, roi: number[] | null, base: [number, number], px_per_cm: number, contrast: number, threshold: number }} Settings */
 
@@ -64,19 +66,16 @@ function photograph() {
     [x, y + h, "lower left"],
     [x + w, y + h, "lower right"],
   ];
-  const tip = one.tip
-    ? `<circle class="dark" cx="${one.tip[0]}" cy="${one.tip[1]}" r="${11 * k}"/><circle class="ring ${one.state === "found" ? "" : "carried_forward"}" cx="${one.tip[0]}" cy="${one.tip[1]}" r="${11 * k}"/>`
-    : "";
-  const stem = one.stem?.length ? `<path class="stem" d="M${one.stem.map((point) => point.join(" ")).join("L")}"/>` : "";
+  const tip = one.tip ? ring(one.tip[0], one.tip[1], 11 * k, one.state === "found" ? "" : "carried_forward") : "";
   const handles = corners.map(
     ([cx, cy, name], index) =>
       `<g tabindex="0" role="button" aria-label="Region, ${name} corner" data-corner="${index}"><circle class="handle" cx="${cx}" cy="${cy}" r="${6 * k}"/><circle class="touch" cx="${cx}" cy="${cy}" r="${touch}"/></g>`,
   );
   const [bx, by] = settings.base;
-  const base = `<g tabindex="0" role="button" aria-label="Base of the stem" data-corner="4"><circle class="dark" cx="${bx}" cy="${by}" r="${8 * k}"/><circle class="ring" cx="${bx}" cy="${by}" r="${8 * k}"/><circle class="touch" cx="${bx}" cy="${by}" r="${touch}"/></g>`;
+  const base = `<g tabindex="0" role="button" aria-label="Base of the stem" data-corner="4">${ring(bx, by, 8 * k)}<circle class="touch" cx="${bx}" cy="${by}" r="${touch}"/></g>`;
   const focused = /** @type {any} */ (document.activeElement)?.dataset?.corner;
   $("#over").innerHTML =
-    `<path class="shade" d="M0 0H${width()}V${height()}H0ZM${x} ${y}v${h}h${w}v${-h}Z"/><rect class="region" x="${x}" y="${y}" width="${w}" height="${h}"/>${stem}${tip}${handles.join("")}${base}`;
+    `<path class="shade" d="M0 0H${width()}V${height()}H0ZM${x} ${y}v${h}h${w}v${-h}Z"/>${regionOf([x, y, w, h])}${stemLine(one.stem)}${tip}${handles.join("")}${base}`;
   if (focused !== undefined) $(`#over [data-corner="${focused}"]`)?.focus();
   $("#tag").textContent = `${one.photo}: ${says(one)}, confidence ${num(one.confidence, 2)}`;
 }
@@ -156,7 +155,7 @@ function changed() {
       put($("#command"), command(found.text.command));
       put($("#banner"), "");
     } catch (error) {
-      put($("#banner"), banner("", "status", wordOf(error)));
+      put($("#banner"), banner("", "status", folded(wordOf(error))));
     }
     photograph();
     samples();
@@ -285,8 +284,7 @@ async function open(place) {
   [seen, before, chosen] = [about.seen, about.seen, about.seen.length - 1];
   for (const id of ["#facts", "#work"]) $(id).hidden = false;
   put($("#virtual"), about.is_virtual ? virtual("virtual bean") : "");
-  $("#over").setAttribute("viewBox", `0 0 ${width()} ${height()}`);
-  $("#photo").style.aspectRatio = `${width()} / ${height()}`;
+  frameFor(width(), height());
   $("#name").value = `${(at || "photographs").replaceAll("/", "-")}-vision`;
   changed();
 }

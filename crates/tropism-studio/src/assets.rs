@@ -1,5 +1,6 @@
 //! The pages, scripts and styles, as they are committed.
 
+use std::borrow::Cow;
 use std::io::Write;
 use std::sync::LazyLock;
 
@@ -43,12 +44,23 @@ const ASSETS: &[Asset] = assets! {
     "manifest.json": "application/manifest+json",
     "early.js": SCRIPT,
     "dom.js": SCRIPT,
+    "time.js": SCRIPT,
     "hub.js": SCRIPT,
+    "ask.js": SCRIPT,
     "studio.js": SCRIPT,
     "figure.js": SCRIPT,
     "obstacle.js": SCRIPT,
+    "photo.js": SCRIPT,
     "index.js": SCRIPT,
     "run.js": SCRIPT,
+    "record.js": SCRIPT,
+    "photograph.js": SCRIPT,
+    "path.js": SCRIPT,
+    "targets.js": SCRIPT,
+    "curves.js": SCRIPT,
+    "facts.js": SCRIPT,
+    "health.js": SCRIPT,
+    "control.js": SCRIPT,
     "evolution.js": SCRIPT,
     "work.js": SCRIPT,
     "draw.js": SCRIPT,
@@ -60,30 +72,68 @@ const ASSETS: &[Asset] = assets! {
     "compare.js": SCRIPT,
     "begin.js": SCRIPT,
     "devices.js": SCRIPT,
+    "calibrate.js": SCRIPT,
     "keep.js": SCRIPT,
     "login.js": SCRIPT,
 };
 
-/// An asset with its compressed bytes and what tells it from others.
+macro_rules! styles {
+    ($($name:literal),* $(,)?) => { &[$(($name, include_bytes!(concat!("../assets/", $name)))),*] };
+}
+
+/// What `style.css` is made of.
+const STYLES: &[(&str, &[u8])] = styles! {
+    "style/base.css",
+    "style/frame.css",
+    "style/controls.css",
+    "style/lists.css",
+    "style/figure.css",
+    "style/photo.css",
+    "style/run.css",
+    "style/overview.css",
+    "style/draw.css",
+    "style/tune.css",
+    "style/media.css",
+};
+
+/// A style sheet with each file that it imports in place of the line: one request for all of them.
+fn with_imports<'a>(sheet: &'a [u8], file: impl Fn(&str) -> Option<Cow<'a, [u8]>>) -> Vec<u8> {
+    let imported = |line: &'a [u8]| {
+        let name =
+            std::str::from_utf8(line).ok()?.strip_prefix("@import \"")?.trim_end().strip_suffix("\";")?;
+        file(name)
+    };
+    let lines = sheet.split_inclusive(|byte| *byte == b'\n');
+    lines.map(|line| imported(line).unwrap_or(Cow::Borrowed(line))).collect::<Vec<_>>().concat()
+}
+
+/// An asset as it is sent, compressed, and what tells it from others.
 struct Ready {
     asset: &'static Asset,
+    bytes: Vec<u8>,
     gzip: Vec<u8>,
     tag: String,
 }
 
-static READY: LazyLock<Vec<Ready>> = LazyLock::new(|| ASSETS.iter().map(Ready::of).collect());
+static READY: LazyLock<Vec<Ready>> = LazyLock::new(|| {
+    let style =
+        |name: &str| STYLES.iter().find(|(own, _)| *own == name).map(|(_, bytes)| Cow::Borrowed(*bytes));
+    ASSETS.iter().map(|asset| Ready::of(asset, style)).collect()
+});
 
 impl Ready {
-    fn of(asset: &'static Asset) -> Self {
+    /// `style` reads the files of the style sheet.
+    fn of(asset: &'static Asset, style: impl Fn(&str) -> Option<Cow<'static, [u8]>>) -> Self {
+        let bytes = with_imports(asset.bytes, style);
         let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
         // A vector takes every byte.
-        let _ = encoder.write_all(asset.bytes);
+        let _ = encoder.write_all(&bytes);
         let gzip = encoder.finish().unwrap_or_default();
-        let tag = format!("\"{}\"", &tropism_lab::files::sha256(asset.bytes)[..16]);
-        Self { asset, gzip, tag }
+        let tag = format!("\"{}\"", &tropism_lab::files::sha256(&bytes)[..16]);
+        Self { asset, bytes, gzip, tag }
     }
 
-    fn response(&self, headers: &HeaderMap) -> Response {
+    fn response(&'static self, headers: &HeaderMap) -> Response {
         let asks = |name: header::HeaderName, word: &str| {
             headers.get(name).and_then(|value| value.to_str().ok()).is_some_and(|value| value.contains(word))
         };
@@ -99,7 +149,7 @@ impl Ready {
         if asks(header::ACCEPT_ENCODING, "gzip") {
             return (own, kind, [(header::CONTENT_ENCODING, "gzip")], self.gzip.clone()).into_response();
         }
-        (own, kind, self.asset.bytes).into_response()
+        (own, kind, self.bytes.as_slice()).into_response()
     }
 }
 
@@ -126,7 +176,8 @@ const ASSETS_FOLDER: &str = "TROPISM_STUDIO_ASSETS";
 fn read_anew(asset: &Asset, folder: &std::path::Path) -> Option<&'static Ready> {
     let bytes = Box::leak(std::fs::read(folder.join(asset.name)).ok()?.into_boxed_slice());
     let asset = Box::leak(Box::new(Asset { bytes, ..*asset }));
-    Some(Box::leak(Box::new(Ready::of(asset))))
+    let style = |name: &str| std::fs::read(folder.join(name)).ok().map(Cow::Owned);
+    Some(Box::leak(Box::new(Ready::of(asset, style))))
 }
 
 /// `GET assets/NAME`.
@@ -153,6 +204,12 @@ mod tests {
 
     fn text(asset: &Asset) -> &'static str {
         std::str::from_utf8(asset.bytes).unwrap_or_default()
+    }
+
+    #[test]
+    fn the_style_sheet_is_one_file() {
+        let style = find("style.css").map(|ready| String::from_utf8_lossy(&ready.bytes)).unwrap_or_default();
+        assert!(style.contains("color-scheme") && !style.contains("@import"));
     }
 
     #[test]

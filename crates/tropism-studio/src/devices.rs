@@ -269,8 +269,8 @@ pub(crate) fn rigs(studio: &Studio) -> Value {
         text.lines().any(|line| begins(line.trim()))
     };
     let files = files_below(&studio.root).into_iter().filter(|at| at.ends_with(".toml"));
-    let of_run = |at: &String| at.rsplit_once('/').map_or(&**at, |(_, name)| name) == "run.toml";
-    let rigs: Vec<String> = files.filter(|at| !of_run(at) && is_rig(at)).collect();
+    let of_work = |at: &String| Kind::is_named_by(at.rsplit_once('/').map_or(&**at, |(_, name)| name));
+    let rigs: Vec<String> = files.filter(|at| !of_work(at) && is_rig(at)).collect();
     json!({ "rigs": rigs, "tent": TENT })
 }
 

@@ -133,7 +133,7 @@ pub(crate) fn check_name(name: &str) -> Result<(), Refusal> {
 /// Puts an evolution or a search for a drawing into the queue: its place, and the commands that do the same.
 pub(crate) fn evolve(studio: &Studio, request: &EvolveRequest) -> Result<Value, Refusal> {
     let EvolveRequest { name, drawing, method, runs, generations, seed, model } = request;
-    let saved = save(studio, name, drawing)?;
+    let saved = save(studio, name, drawing, false)?;
     if !(1..=1000).contains(runs) || !(1..=MOST_GENERATIONS).contains(generations) {
         return Err(Refusal::bad("wanted 1 to 1000 runs of 1 to 100000 generations"));
     }
@@ -173,17 +173,18 @@ pub(crate) fn evolve(studio: &Studio, request: &EvolveRequest) -> Result<Value, 
     Ok(json!({ "job": number, "at": at, "task": saved["task"], "commands": lines }))
 }
 
-/// Writes the task file of a drawing: its text, and the commands that use it.
-pub(crate) fn save(studio: &Studio, name: &str, drawing: &Drawing) -> Result<Value, Refusal> {
+/// Writes the task file of a drawing: its text, and the commands that use it. Another task of this name is an error, or makes
+/// room if it is to be replaced.
+pub(crate) fn save(studio: &Studio, name: &str, drawing: &Drawing, replace: bool) -> Result<Value, Refusal> {
     check_name(name)?;
     let text = drawing.to_toml()?;
     let path = studio.root.join(format!("{name}.toml"));
     match files::read_text(&path) {
-        Ok(found) if found != text => {
+        Ok(found) if found != text && !replace => {
             return Err(Refusal::bad(format!("{name}.toml: another task has this name: choose a new one")));
         }
-        Ok(_) => {}
-        Err(_) => files::write(&path, text.as_bytes())?,
+        Ok(found) if found == text => {}
+        _ => files::write(&path, text.as_bytes())?,
     }
     let commands = commands(name, drawing);
     Ok(json!({ "task": text, "file": format!("{name}.toml"), "commands": commands }))

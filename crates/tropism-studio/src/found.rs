@@ -50,6 +50,11 @@ impl Kind {
         kind.or_else(|| (search_of(path).is_file() || is_rule(path)).then_some(Self::Rule))
     }
 
+    /// Whether a file of this name is the one by which work is known.
+    pub(crate) fn is_named_by(name: &str) -> bool {
+        Self::FILES.iter().any(|(_, file)| *file == name)
+    }
+
     /// The file that the folder of such work has; it is as old as the work.
     pub(crate) fn file(self) -> &'static str {
         Self::FILES.into_iter().find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)

@@ -1,9 +1,9 @@
-//! Names and removal of work: a folder is renamed, or put away where it can be had back.
+//! Names, tags and removal of work: a folder is renamed, or put away where it can be had back.
 
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use tropism_lab::{files, holder};
+use tropism_lab::{files, holder, tags};
 
 use crate::error::Refusal;
 use crate::found::{Kind, resolve_work, search_of};
@@ -25,8 +25,28 @@ fn idle(studio: &Studio, at: &str) -> Result<PathBuf, Refusal> {
     Ok(path)
 }
 
+/// Moves work; the file of the tags of a rule lies beside it, and goes with it.
 fn moved(from: &Path, to: &Path) -> Result<(), Refusal> {
-    std::fs::rename(from, to).map_err(|error| Refusal::bad(format!("{}: {error}", from.display())))
+    let tags = (!from.is_dir()).then(|| (tags::file(from), tags::file(to)));
+    std::fs::rename(from, to).map_err(|error| Refusal::bad(format!("{}: {error}", from.display())))?;
+    // It may have none.
+    let _ = tags.map(|(from, to)| std::fs::rename(from, to));
+    Ok(())
+}
+
+/// The tags of the work at `at`.
+pub(crate) fn tags(studio: &Studio, at: &str) -> Result<Value, Refusal> {
+    Ok(json!({ "tags": tags::read(&resolve_work(&studio.root, at)?) }))
+}
+
+/// Gives the work at `at` these tags in place of those that it has.
+pub(crate) fn set_tags(studio: &Studio, at: &str, tags: &[String]) -> Result<Value, Refusal> {
+    let path = resolve_work(&studio.root, at)?;
+    if Kind::of(&path).is_none() {
+        return Err(Refusal::missing(format!("found no work at {at:?}")));
+    }
+    tags::write(&path, tags)?;
+    Ok(json!({ "tags": tags::read(&path) }))
 }
 
 /// Gives the work at `at` the name `name`, beside where it lies: its new place.

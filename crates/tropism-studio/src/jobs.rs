@@ -4,19 +4,24 @@
 //! ends. The queue is the file `queue.json`; the studio that starts next takes over the job that goes on, by the lock of its
 //! folder.
 
-use std::fs::File;
+mod job;
+mod process;
+
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::Child;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use tropism_lab::files::{self, shell_word};
+use tropism_lab::files;
 use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::stop::StopPlan;
 use tropism_lab::{Silent, Workflow, holder};
 
+pub(crate) use self::job::line;
+use self::job::{Job, JobState, goes_on, is_made};
+pub(crate) use self::process::{ask_to_end, last_words, spawn, wait_for_end};
 use crate::error::StudioError;
 use crate::found::search_of;
 use crate::items::is_at_work;
@@ -30,58 +35,8 @@ pub(crate) const MOST_WAITING: usize = 50;
 /// How long a process may take until it holds the lock of its folder.
 const BEGINS: Duration = Duration::from_secs(10);
 
-/// How long a process that is asked to end may take: a step of a run, or a generation.
-const ENDS: Duration = Duration::from_secs(10);
-
 /// What is shown of the log of a job, in bytes.
 const MOST_SAID: usize = 20_000;
-
-/// What became of a job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum JobState {
-    Waiting,
-    Running,
-    Done,
-    /// Ended before it was done, in order: it can go on.
-    Stopped,
-    Failed,
-}
-
-/// A command of `tropism` in the queue.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Job {
-    pub(crate) number: u64,
-    /// The folder that it writes to, below that of the studio.
-    pub(crate) at: String,
-    /// Commands of `tropism`, one after the other, each without the program's name.
-    pub(crate) commands: Vec<Vec<String>>,
-    /// The command that goes on.
-    pub(crate) now: usize,
-    pub(crate) state: JobState,
-    /// Why it failed.
-    #[serde(default)]
-    pub(crate) problem: String,
-}
-
-impl Job {
-    /// The commands as a person types them.
-    pub(crate) fn lines(&self) -> Vec<String> {
-        self.commands.iter().map(|words| line(words)).collect()
-    }
-}
-
-/// A command as a person types it.
-pub(crate) fn line(words: &[String]) -> String {
-    let is_option = |word: &str| {
-        let name = word.strip_prefix("--").unwrap_or_default();
-        !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'-')
-    };
-    let words =
-        words.iter().map(|word| if is_option(word) { word.clone() } else { shell_word(Path::new(word)) });
-    std::iter::once("tropism".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
-}
 
 /// The file of the queue.
 #[derive(Default, Serialize, Deserialize)]
@@ -156,8 +111,7 @@ impl Queue {
     /// [`StudioError`] if the queue is full or cannot be saved.
     pub(crate) fn add(&self, at: &str, commands: Vec<Vec<String>>) -> Result<u64, StudioError> {
         let mut inner = self.inner();
-        let waiting = |job: &&Job| matches!(job.state, JobState::Waiting | JobState::Running);
-        if inner.saved.jobs.iter().filter(waiting).count() >= MOST_WAITING {
+        if inner.saved.jobs.iter().filter(|job| job.is_open()).count() >= MOST_WAITING {
             return Err(StudioError::System(format!(
                 "{MOST_WAITING} jobs wait in the queue: wait for one, or cancel one"
             )));
@@ -173,10 +127,9 @@ impl Queue {
             problem: String::new(),
         };
         inner.saved.jobs.push(job);
-        let ended = |job: &&Job| !matches!(job.state, JobState::Waiting | JobState::Running);
-        let mut surplus = inner.saved.jobs.iter().filter(ended).count().saturating_sub(KEPT);
+        let mut surplus = inner.saved.jobs.iter().filter(|job| !job.is_open()).count().saturating_sub(KEPT);
         inner.saved.jobs.retain(|job| {
-            let is_left_out = surplus > 0 && ended(&job);
+            let is_left_out = surplus > 0 && !job.is_open();
             surplus -= usize::from(is_left_out);
             !is_left_out
         });
@@ -233,8 +186,7 @@ impl Queue {
 
     /// Whether a job for the folder `at` waits or runs.
     pub(crate) fn has(&self, at: &str) -> bool {
-        let is_at_work = |job: &Job| matches!(job.state, JobState::Waiting | JobState::Running);
-        self.inner().saved.jobs.iter().any(|job| job.at == at && is_at_work(job))
+        self.inner().saved.jobs.iter().any(|job| job.at == at && job.is_open())
     }
 
     /// The queue for pages.
@@ -280,7 +232,7 @@ impl Queue {
                 self.end(&mut inner, index, JobState::Stopped, String::new());
             }
             Some(_) => {
-                let problem = self.last_words(&job);
+                let problem = last_words(&self.log(job.number));
                 self.end(&mut inner, index, JobState::Failed, problem);
             }
             // Of a studio that has ended: its folder tells.
@@ -369,69 +321,6 @@ impl Queue {
     fn log(&self, number: u64) -> PathBuf {
         self.root.join(crate::OWN).join(format!("job-{number}.log"))
     }
-
-    /// What a job that failed said last.
-    fn last_words(&self, job: &Job) -> String {
-        let text = files::read_text(&self.log(job.number)).unwrap_or_default();
-        let last =
-            text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it ended without a word");
-        crate::words::clean(last)
-    }
-}
-
-/// Whether the command of a job continues where it was, or may be done anew.
-fn goes_on(job: &Job) -> bool {
-    let command = job.commands[job.now].first();
-    command
-        .is_some_and(|command| matches!(&**command, "evolve" | "tune" | "grow" | "fit" | "study" | "sweep"))
-}
-
-/// Whether a command that makes what later ones need has been done: what it writes is there.
-fn is_made(root: &Path, words: &[String]) -> bool {
-    let is_before = words.first().is_some_and(|word| word == "grow" || word == "fit");
-    let out = words.iter().skip_while(|word| *word != "--out").nth(1);
-    is_before && out.is_some_and(|out| root.join(out).exists())
-}
-
-/// Starts `tropism` with `words` in the folder `root`, apart from this process: no signal of this terminal reaches it.
-pub(crate) fn spawn(program: &Path, root: &Path, words: &[String], log: &Path) -> std::io::Result<Child> {
-    if let Some(folder) = log.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
-    let log = File::create(log)?;
-    let mut command = Command::new(program);
-    command.args(words).arg("--quiet").current_dir(root).stdin(Stdio::null());
-    command.stdout(log.try_clone()?).stderr(log);
-    #[cfg(unix)]
-    std::os::unix::process::CommandExt::process_group(&mut command, 0);
-    command.spawn()
-}
-
-/// Asks a process to end in order.
-pub(crate) fn ask_to_end(child: &mut Child) {
-    // The number of one that has ended may be another's by now.
-    #[cfg(unix)]
-    if matches!(child.try_wait(), Ok(None)) {
-        use rustix::process::{Pid, Signal, kill_process};
-
-        // One that does not hear it is killed after its time.
-        let _ = kill_process(Pid::from_child(child), Signal::TERM);
-    }
-    #[cfg(not(unix))]
-    let _ = child;
-}
-
-/// Waits until a process that was asked to end has ended; one that takes too long is killed.
-pub(crate) fn wait_for_end(child: &mut Child) {
-    let asked = Instant::now();
-    while asked.elapsed() < ENDS {
-        if !matches!(child.try_wait(), Ok(None)) {
-            return;
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    let _ = child.kill();
-    let _ = child.wait();
 }
 
 #[cfg(test)]

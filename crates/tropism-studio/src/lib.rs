@@ -26,6 +26,7 @@ mod evolution;
 mod draw;
 mod begin;
 mod devices;
+mod calibrate;
 mod housekeeping;
 mod zip;
 mod compare;

@@ -103,7 +103,7 @@ fn with_work(_: &mut StudioPlan, folder: &Path) {
 }
 
 /// Every route that reads.
-const READS: [&str; 38] = [
+const READS: [&str; 39] = [
     "/",
     "/run",
     "/evolution",
@@ -118,6 +118,7 @@ const READS: [&str; 38] = [
     "/api/items",
     "/api/events",
     "/api/work?at=bean",
+    "/api/tags?at=bean",
     "/api/run?at=bean",
     "/api/run/events?at=bean",
     "/api/run/photo?at=bean&name=000000.jpg",
@@ -149,7 +150,7 @@ fn is_stream(path: &str) -> bool {
 }
 
 /// Every route that changes.
-const CHANGES: [&str; 17] = [
+const CHANGES: [&str; 19] = [
     "/api/evolution/extend",
     "/api/run/stop",
     "/api/run/safe-state",
@@ -162,9 +163,11 @@ const CHANGES: [&str; 17] = [
     "/api/queue/cancel",
     "/api/begin",
     "/api/rig",
+    "/api/rig/calibrate",
     "/api/run/note",
     "/api/rename",
     "/api/delete",
+    "/api/tags",
     "/api/tune/write",
     "/api/logout",
 ];
@@ -466,6 +469,15 @@ fn work_is_renamed_and_put_away() {
     }
     assert_eq!(ask("/api/rename", "bean", "sprout").0, 200);
     assert!(studio.folder.path().join("sprout/run.toml").exists());
+    let tag = |at: &str, tags: &str| {
+        studio.post("/api/tags", &own, &format!("{{\"at\":\"{at}\",\"tags\":[{tags}]}}"))
+    };
+    let (status, _, body) = tag("sprout", "\"first\",\"batch-2\"");
+    assert!(status == 200 && body.contains("[\"batch-2\",\"first\"]"), "{body}");
+    assert!(studio.get("/api/tags?at=sprout").2.contains("\"batch-2\",\"first\""));
+    for (at, tags) in [("sprout", "\"two words\""), ("tracks", "\"a\""), ("../x", "\"a\"")] {
+        assert!((400..500).contains(&tag(at, tags).0), "{at} {tags}");
+    }
     assert_eq!(ask("/api/delete", "sprout", "bean").0, 400, "the name is asked for again");
     assert!(studio.folder.path().join("sprout/run.toml").exists());
     // All its photographs first, as an archive that begins and ends as one.

@@ -263,6 +263,44 @@ fn paths_in_the_architecture_exist() {
     assert!(named > 10, "{named}");
 }
 
+/// The files below `folder` that people write, without what is generated or fetched.
+fn written_files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() && path.file_name().is_some_and(|name| name != "node_modules") {
+            written_files(&path, found);
+        }
+        let is_written = path
+            .extension()
+            .and_then(|ending| ending.to_str())
+            .is_some_and(|ending| ["rs", "js", "mjs", "css", "html"].contains(&ending));
+        if is_written && path.is_file() {
+            found.push(path);
+        }
+    }
+}
+
+/// A file of the page is about one thing, and can be read at a sitting.
+#[test]
+fn no_file_of_the_page_is_longer_than_400_lines() {
+    let mut files = Vec::new();
+    for folder in [
+        "crates/tropism-studio/assets",
+        "crates/tropism-studio/src",
+        "crates/tropism-page/src",
+        "web",
+        "tests/studio",
+        "tests/web",
+    ] {
+        written_files(&workspace().join(folder), &mut files);
+    }
+    assert!(files.len() > 80, "{}", files.len());
+    for file in files {
+        let lines = fs::read_to_string(&file).unwrap().lines().count();
+        assert!(lines <= 400, "{}: found {lines} lines, wanted 400 at most", file.display());
+    }
+}
+
 /// All identifiers of the Rust files below `folder`.
 fn identifiers(folder: &Path, found: &mut BTreeSet<String>) {
     for entry in fs::read_dir(folder).unwrap() {

@@ -156,9 +156,12 @@ pub(super) async fn draw_evolve(State(studio): Shared, body: Body) -> Answer {
 pub(super) struct Save {
     name: String,
     drawing: Drawing,
+    /// Whether it takes the place of another task of this name.
+    #[serde(default)]
+    replace: bool,
 }
 
 pub(super) async fn draw_save(State(studio): Shared, body: Body) -> Answer {
-    let Save { name, drawing } = read(body).await?;
-    work_on(&studio, move |studio| Ok(Json(draw::save(studio, &name, &drawing)?))).await
+    let Save { name, drawing, replace } = read(body).await?;
+    work_on(&studio, move |studio| Ok(Json(draw::save(studio, &name, &drawing, replace)?))).await
 }

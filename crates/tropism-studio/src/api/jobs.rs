@@ -20,7 +20,7 @@ use crate::error::Refusal;
 use crate::found::{Kind, resolve, resolve_work, search_of};
 use crate::gate::form_encoded;
 use crate::items::name_of;
-use crate::{Studio, begin, compare, devices, housekeeping, items, tune};
+use crate::{Studio, begin, calibrate, compare, devices, housekeeping, items, tune};
 
 /// The status of any work, as `tropism status --json` prints it.
 pub(super) async fn work(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
@@ -63,6 +63,21 @@ pub(super) struct Named {
 pub(super) async fn rename(State(studio): Shared, body: Body) -> Answer {
     let Named { at, name } = read(body).await?;
     work_on(&studio, move |studio| Ok(Json(housekeeping::rename(studio, &at, &name)?))).await
+}
+
+#[derive(Deserialize)]
+pub(super) struct Tagged {
+    at: String,
+    tags: Vec<String>,
+}
+
+pub(super) async fn tags(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
+    work_on(&studio, move |studio| Ok(Json(housekeeping::tags(studio, &at)?))).await
+}
+
+pub(super) async fn set_tags(State(studio): Shared, body: Body) -> Answer {
+    let Tagged { at, tags } = read(body).await?;
+    work_on(&studio, move |studio| Ok(Json(housekeeping::set_tags(studio, &at, &tags)?))).await
 }
 
 pub(super) async fn delete(State(studio): Shared, body: Body) -> Answer {
@@ -128,6 +143,11 @@ pub(super) async fn rig_about(State(studio): Shared, Query(At { at }): Query<At>
 pub(super) async fn rig_wish(State(studio): Shared, body: Body) -> Answer {
     let wish: devices::Wish = read(body).await?;
     with_devices(&studio, move |studio| devices::grant(studio, wish)).await
+}
+
+pub(super) async fn rig_calibrate(State(studio): Shared, body: Body) -> Answer {
+    let clicked: calibrate::Clicked = read(body).await?;
+    work_hard_on(&studio, move |studio| Ok(Json(calibrate::calibrate(studio, &clicked)?))).await
 }
 
 /// The latest photograph that was taken by hand.

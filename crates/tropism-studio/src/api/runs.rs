@@ -277,10 +277,8 @@ pub(super) fn start_run(studio: &Studio, folder: &Path, words: &[String]) -> Res
     for _ in 0..100 {
         std::thread::sleep(Duration::from_millis(50));
         if let Ok(Some(_)) = child.try_wait() {
-            let text = files::read_text(&log).unwrap_or_default();
-            let last = text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it ended at once");
             return if holder(folder)?.is_none() && !folder.join("track.csv").exists() {
-                Err(Refusal::bad(crate::words::clean(last)))
+                Err(Refusal::bad(crate::jobs::last_words(&log)))
             } else {
                 Ok(())
             };

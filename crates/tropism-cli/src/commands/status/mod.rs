@@ -9,6 +9,7 @@ use clap::Args;
 use tropism::control::TargetOutlook;
 use tropism_lab::files::shell_word;
 use tropism_lab::status::{LatestEvent, RunState, RunStatus, StatusPlan, StatusResults};
+use tropism_lab::tags;
 use tropism_lab::units::{self, plural};
 use tropism_rig::clock::{SystemTimes, Time};
 use tropism_rig::secret::shown;
@@ -35,7 +36,11 @@ pub(crate) struct Status {
 
 impl Status {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        execute_and_print(&StatusPlan { folder: self.folder }, shell, text)
+        let tags = tags::read(&self.folder).join(", ");
+        execute_and_print(&StatusPlan { folder: self.folder }, shell, |status| match &*tags {
+            "" => text(status),
+            tags => format!("{}\n{:<12} {tags}", text(status), "tags"),
+        })
     }
 }
 

@@ -1,0 +1,313 @@
+//! One piece of work as the overview shows it.
+
+use std::path::Path;
+
+use serde::Serialize;
+use tropism_lab::status::{RunState, RunStatus, StatusPlan, StatusResults};
+use tropism_lab::tune::TuneStatus;
+use tropism_lab::units::plural;
+use tropism_lab::{ControllerSpec, RunConfig, Silent, Workflow, files, tags};
+
+use super::{Followed, Stamp};
+use crate::found::{Found, Kind, search_of};
+use crate::tail::Tail;
+use crate::{unix_of, words};
+
+/// A piece of work as a row of the overview.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Item {
+    at: String,
+    name: String,
+    tags: Vec<String>,
+    pub(super) kind: Option<Kind>,
+    /// `live`, `overdue`, `stopped`, `died`, `paused`, `over` or `broken`.
+    state: &'static str,
+    is_virtual: Option<bool>,
+    began: Option<f64>,
+    /// When it last wrote something.
+    changed: Option<f64>,
+    /// A fitness, in cm, to sort by.
+    value: Option<f64>,
+    /// Best or last, in words.
+    text: String,
+    health: String,
+    step: Option<u32>,
+    photo: Option<f64>,
+    photo_name: Option<String>,
+    /// Begin of the digest of the photograph of a run that goes on.
+    photo_v: Option<String>,
+    next: Option<f64>,
+    lamp: Option<String>,
+    /// Tip of a run, in cm.
+    tip: Option<(f64, f64)>,
+    done: Option<u64>,
+    total: Option<u64>,
+}
+
+/// A number of one run.
+pub(crate) struct Sample {
+    /// Name after `tropism_run_`, for programs.
+    pub(crate) name: &'static str,
+    /// A further label and its value.
+    pub(crate) label: Option<(&'static str, String)>,
+    pub(crate) value: f64,
+}
+
+/// The name of what lies `at` below `root`.
+pub(crate) fn name_of(root: &Path, at: &str) -> String {
+    if !at.is_empty() {
+        return at.to_owned();
+    }
+    root.file_name().map_or_else(|| "run".to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+impl Item {
+    pub(super) fn of(root: &Path, found: &Found, stamp: &Stamp, followed: &mut Option<Followed>) -> Self {
+        let begins = match found.kind {
+            Kind::Rule if found.path.exists() => found.path.clone(),
+            Kind::Rule => search_of(&found.path),
+            kind => found.path.join(kind.file()),
+        };
+        let began = begins.metadata().and_then(|data| data.modified());
+        let base = Self {
+            at: found.at.clone(),
+            name: name_of(root, &found.at),
+            tags: tags::read(&found.path),
+            kind: Some(found.kind),
+            began: began.ok().map(unix_of),
+            changed: stamp.changed(),
+            health: "good".to_owned(),
+            ..Self::default()
+        };
+        if stamp.holder.is_none() || found.kind != Kind::Run {
+            *followed = None;
+        } else if followed.is_none() {
+            let config = RunConfig::follow(&found.path).ok();
+            *followed = config.map(|config| Followed { config, tail: Tail::default() });
+        }
+        let live = followed.as_mut().zip(stamp.holder);
+        let live = live.and_then(|(followed, process)| followed.status(&found.path, process));
+        let status = live.map_or_else(|| (StatusPlan { folder: found.path.clone() }).execute(&Silent), Ok);
+        let latest = followed.as_ref().and_then(Followed::photo_v);
+        match status {
+            Ok(status) => Self { photo_v: latest, ..base.with(&found.path, status) },
+            Err(error) => {
+                let text = words::clean(&error.to_string());
+                Self { state: "broken", text: "cannot be read".to_owned(), health: text, ..base }
+            }
+        }
+    }
+
+    /// The numbers of a run.
+    pub(super) fn samples(&self) -> Vec<Sample> {
+        let is_up = matches!(self.state, "live" | "overdue");
+        let one = |name, value: Option<f64>| value.map(|value| Sample { name, label: None, value });
+        let known = [
+            one("up", Some(f64::from(u8::from(is_up)))),
+            one("healthy", Some(f64::from(u8::from(self.health == "good")))),
+            one("step", self.step.map(f64::from)),
+            one("tip_x_cm", self.tip.map(|(x, _)| x)),
+            one("tip_height_cm", self.tip.map(|(_, y)| y)),
+            one("photograph_timestamp_seconds", self.photo),
+            one("next_photograph_timestamp_seconds", self.next.filter(|_| is_up)),
+        ];
+        let lamps = ["left", "right"].map(|lamp| {
+            let is_lit = is_up && self.lamp.as_deref() == Some(lamp);
+            let label = Some(("lamp", lamp.to_owned()));
+            Some(Sample { name: "lamp_lit", label, value: f64::from(u8::from(is_lit)) })
+        });
+        known.into_iter().chain(lamps).flatten().collect()
+    }
+
+    fn with(self, path: &Path, status: StatusResults) -> Self {
+        let work = |process: Option<u32>, is_over: bool| match (process, is_over) {
+            (_, true) => "over",
+            (Some(_), false) => "live",
+            (None, false) => "stopped",
+        };
+        match status {
+            StatusResults::Run(run) => self.with_run(path, &run),
+            StatusResults::Evolution(evolution) => {
+                let best = evolution.runs.iter().filter_map(|run| run.best_fitness).reduce(f64::max);
+                let record = tropism_lab::evolve::EvolutionRecord::read(path).ok();
+                let possible = record.and_then(|record| record.task.best_fitness());
+                Self {
+                    state: work(evolution.process, evolution.is_over),
+                    is_virtual: Some(evolution.is_virtual),
+                    value: best,
+                    text: of_possible(best, possible),
+                    done: Some(evolution.generations_done()),
+                    total: Some(u64::from(evolution.generations) * evolution.runs.len() as u64),
+                    ..self
+                }
+            }
+            StatusResults::Study(study) => {
+                let done = study.stages.iter().filter(|stage| stage.done >= stage.total).count();
+                let now = study.stages.iter().find(|stage| stage.done < stage.total);
+                Self {
+                    state: work(study.process, study.is_over),
+                    is_virtual: Some(true),
+                    text: now.map_or_else(
+                        || "report is written".to_owned(),
+                        |stage| format!("{}: {} of {} {}", stage.name, stage.done, stage.total, stage.unit),
+                    ),
+                    done: Some(done as u64),
+                    total: Some(study.stages.len() as u64),
+                    ..self
+                }
+            }
+            StatusResults::Sweep(sweep) => Self {
+                state: work(sweep.process, sweep.is_over),
+                text: format!("{} of {} units", sweep.done, sweep.total),
+                done: Some(sweep.done as u64),
+                total: Some(sweep.total as u64),
+                ..self
+            },
+            StatusResults::Transfer(transfer) => Self {
+                state: work(transfer.process, transfer.is_over),
+                is_virtual: Some(true),
+                text: format!("{} of {}", transfer.done(), plural(transfer.total(), "plant")),
+                done: Some(transfer.done() as u64),
+                total: Some(transfer.total() as u64),
+                ..self
+            },
+            StatusResults::Replicates(replicates) => {
+                let scenarios = &replicates.scenarios;
+                let done = scenarios.iter().map(|scenario| scenario.controllers_done as u64).sum();
+                let total = scenarios.iter().map(|scenario| scenario.controllers as u64).sum();
+                Self {
+                    state: work(replicates.process, replicates.is_over),
+                    is_virtual: Some(true),
+                    text: format!("{done} of {}", plural(total, "controller")),
+                    done: Some(done),
+                    total: Some(total),
+                    ..self
+                }
+            }
+            StatusResults::Tune(search) => self.with_rule(path, &search),
+        }
+    }
+
+    fn with_rule(self, path: &Path, search: &TuneStatus) -> Self {
+        let Some((done, of)) = search.generation.zip(search.generations) else {
+            let rule = ControllerSpec::read(path).ok();
+            let expected = rule.as_ref().and_then(|rule| rule.expected()).map(|trial| trial.mean);
+            let possible = rule.as_ref().and_then(|rule| rule.own_task()?.best_fitness());
+            let is_virtual = rule.as_ref().and_then(|rule| match rule {
+                ControllerSpec::Rule { tuned } => Some(tuned.is_virtual),
+                _ => None,
+            });
+            let text = expected.map_or_else(|| "a rule".to_owned(), |_| of_possible(expected, possible));
+            return Self { state: "over", is_virtual, value: expected, text, ..self };
+        };
+        let best = search.best_fitness.map(|best| format!(", best {best:.2}")).unwrap_or_default();
+        Self {
+            state: if is_at_work(search) { "live" } else { "stopped" },
+            value: search.best_fitness,
+            text: format!("generation {done} of {of}{best}"),
+            done: Some(done as u64),
+            total: Some(of.into()),
+            ..self
+        }
+    }
+
+    fn with_run(self, path: &Path, run: &RunStatus) -> Self {
+        let fitness = fitness_of(path, run.state);
+        let text = match (fitness, run.tip_x_cm.zip(run.tip_y_cm)) {
+            (Some((fitness, best)), _) => of_possible(Some(fitness), best),
+            (None, Some((x, y))) => format!("tip {}, {y:.1} cm", number(x, 1)),
+            (None, None) => "no photograph yet".to_owned(),
+        };
+        let photo =
+            run.photograph.as_deref().and_then(|photo| photo.metadata().ok()?.modified().ok()).map(unix_of);
+        let period = run.next_step_in_s.zip(run.photograph_age_s).map(|(left, age)| left + age);
+        Self {
+            state: state_word(run.state),
+            is_virtual: Some(run.is_virtual),
+            value: fitness.map(|(fitness, _)| fitness),
+            text,
+            health: words::health(run),
+            step: run.step,
+            photo_name: run
+                .photograph
+                .as_ref()
+                .filter(|_| photo.is_some())
+                .and_then(|photo| Some(photo.file_name()?.to_string_lossy().into_owned())),
+            photo,
+            // To the second: it is reckoned from ages that are read one after the other.
+            next: photo.zip(period).map(|(photo, period)| (photo + period).round()),
+            lamp: run.lamp.map(|lamp| lamp.to_string()),
+            tip: run.tip_x_cm.zip(run.tip_y_cm),
+            done: run.step.map(u64::from),
+            total: Some(u64::from(run.max_steps)),
+            ..self
+        }
+    }
+}
+
+/// Whether a program works on a search: nobody holds its file, but each generation is saved.
+pub(crate) fn is_at_work(search: &TuneStatus) -> bool {
+    !search.is_over && search.saved_ago_s.is_some_and(|ago| ago < SEARCH_SILENCE_S)
+}
+
+/// A search that saved nothing for so long has ended: a generation takes some seconds.
+const SEARCH_SILENCE_S: f64 = 60.0;
+
+/// A state in one word, as pages have it.
+pub(crate) const fn state_word(state: RunState) -> &'static str {
+    match state {
+        RunState::Running => "live",
+        RunState::Overdue => "overdue",
+        RunState::Stopped => "stopped",
+        RunState::Died => "died",
+        RunState::Paused => "paused",
+        RunState::Over => "over",
+    }
+}
+
+/// Fitness and greatest possible fitness of a run that is over and has targets.
+fn fitness_of(path: &Path, state: RunState) -> Option<(f64, Option<f64>)> {
+    if state != RunState::Over {
+        return None;
+    }
+    let task = RunConfig::follow(path).ok()?.task;
+    let best = task.best_fitness()?;
+    (task.has_goal()).then_some(())?;
+    let track = files::read_track(&path.join("track.csv")).ok()?;
+    Some((task.fitness(&track), Some(best)))
+}
+
+/// A number with a true minus, which a zero has not.
+fn number(value: f64, digits: usize) -> String {
+    let text = format!("{:.digits$}", value.abs());
+    let is_zero = text.bytes().all(|letter| matches!(letter, b'0' | b'.'));
+    if value < 0.0 && !is_zero { format!("\u{2212}{text}") } else { text }
+}
+
+fn of_possible(value: Option<f64>, possible: Option<f64>) -> String {
+    match (value, possible) {
+        (Some(value), Some(possible)) => {
+            let digits = usize::from((possible - possible.round()).abs() >= 0.05);
+            format!("{} of {possible:.digits$} cm", number(value, 2))
+        }
+        (Some(value), None) => format!("{} cm", number(value, 2)),
+        (None, _) => "just begun".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_written_as_people_write_them() {
+        assert_eq!(
+            [-0.04, -0.06, 0.04, 12.34].map(|value| number(value, 1)),
+            ["0.0", "\u{2212}0.1", "0.0", "12.3"]
+        );
+        // Rounded to a whole number, the best there can be would be less than what was reached.
+        assert_eq!(of_possible(Some(10.13), Some(10.2)), "10.13 of 10.2 cm");
+        assert_eq!(of_possible(Some(14.5), Some(15.0)), "14.50 of 15 cm");
+        assert_eq!(of_possible(Some(-0.001), Some(15.0)), "0.00 of 15 cm");
+    }
+}
