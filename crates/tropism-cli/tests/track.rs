@@ -320,6 +320,50 @@ fn a_clicked_tip_is_followed_and_a_click_elsewhere_is_refused() {
 }
 
 #[test]
+fn a_clicked_stem_that_no_rule_finds_has_a_line_to_the_same_bits_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("photos")).unwrap();
+    // A stem from the right, before a wall of squares. A card hides its middle in some photographs.
+    let middle = |x: usize, step: usize| 70.0 - 0.003 * step as f64 * ((150 - x) as f64).powi(2) / 8.0;
+    for step in 0..9 {
+        let rgb = (0..180 * 120).flat_map(|index| {
+            let (x, y) = (index % 180, index / 180);
+            let noise = (index * 7919 % 9) as u8;
+            let is_stem = (40..150).contains(&x) && (y as f64 - middle(x, step)).abs() < 3.0;
+            let is_hidden = step == 5 && (70..120).contains(&x);
+            match () {
+                () if is_hidden => [130, 130, 130],
+                () if is_stem => [90 + noise, 150 + noise, 60 + noise],
+                () => [[40, 40, 60], [80, 70, 70], [60, 80, 100]][(x / 23 + y / 19) % 3]
+                    .map(|level: u8| level + noise),
+            }
+        });
+        let image = Image { width: 180, height: 120, rgb: rgb.collect() };
+        fs::write(folder.path().join(format!("photos/{step}.jpg")), image.to_jpeg(95).unwrap()).unwrap();
+    }
+    let tip = |step: usize| format!("--tip {},40,{:.1}", step + 1, middle(40, step));
+    let line = format!(
+        "track photos --base 150,70 --scale 10 --light none --time even {} {} {}",
+        tip(0),
+        tip(4),
+        tip(8)
+    );
+    for threads in [1, 2] {
+        succeeds(&folder, &format!("{line} --threads {threads} --out on{threads}.csv"));
+    }
+    let found = track(&folder, "on1.csv");
+    assert_eq!(found, track(&folder, "on2.csv"));
+    let column = |name: &str| found.numbers(name).unwrap();
+    let (x, y) = (column("stem_6_x_px"), column("stem_6_y_px"));
+    assert!(x[5].is_nan() && column("length_cm")[5].is_nan(), "the stem is hidden");
+    let answered: Vec<usize> = (0..9).filter(|&step| !x[step].is_nan()).collect();
+    assert!(answered.len() >= 5, "{answered:?}");
+    for step in answered {
+        assert!((y[step] - middle(x[step] as usize, step)).abs() < 2.0, "{step}: {}, {}", x[step], y[step]);
+    }
+}
+
+#[test]
 fn what_never_moves_is_no_plant() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("photos")).unwrap();

@@ -60,6 +60,8 @@ pub enum Purpose {
     Permutation = 23,
     /// Sensors, messages and faults of the nodes of a wall, and its random paths.
     Nodes = 24,
+    /// Examples and features from which the trees of a random forest learn.
+    Forest = 25,
 }
 
 /// The stream of `seed` for `purpose`, number `index`.

@@ -6,6 +6,8 @@
 mod checkerboard;
 #[path = "vision/exif.rs"]
 mod exif;
+#[path = "vision/learned_stem.rs"]
+mod learned_stem;
 #[path = "vision/location.rs"]
 mod location;
 #[path = "vision/marks.rs"]

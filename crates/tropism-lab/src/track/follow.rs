@@ -8,6 +8,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use tropism::geometry::{Pixel, Polyline, STEM_POINTS};
 use tropism::observation::{Observation, Quality};
+use tropism::vision::detect::learned_stem::{KnownEnds, LearnedLine, LearnedStem};
+use tropism::vision::raster::source::PixelSource;
 use tropism::vision::tracking::clicks::{
     Click, ClickFollower, FollowedPlace, LEAST_CONFIDENCE, agreement, blend, tolerance,
 };
@@ -17,6 +19,7 @@ use tropism::vision::{Calibration, Detection, FrameStatus, TrackedFrame};
 use super::clicks::PlantClick;
 use super::plants::{Plant, PlantPlan};
 use super::series::Series;
+use super::table::StemConfidence;
 use crate::{Error, Monitor};
 
 /// Photographs whose pictures are in memory at the same time.
@@ -31,6 +34,8 @@ pub(super) struct ClickedPlant {
     node: Option<Vec<Option<FollowedPlace>>>,
     /// `None` where the root is clicked once or not at all: it stands still.
     root: Option<Vec<Option<FollowedPlace>>>,
+    /// What the stem looks like; `None` where the root was not clicked, or nothing can be learned.
+    stem: Option<LearnedStem>,
     /// Latest measured tip and its confidence.
     last: Option<Observation>,
 }
@@ -70,7 +75,17 @@ pub(super) fn follow(
             (!points[at].is_empty()).then(|| blend(&points[at], &forward[at], &backward[at], tolerance))
         };
         let root = place(2).filter(|_| points[3 * index + 2].len() > 1);
-        Some(ClickedPlant { calibration, tolerance, tip: place(0)?, node: place(1), root, last: None })
+        let mut plant = ClickedPlant {
+            calibration,
+            tolerance,
+            tip: place(0)?,
+            node: place(1),
+            root,
+            stem: None,
+            last: None,
+        };
+        plant.learn(&points[3 * index], series);
+        Some(plant)
     };
     Ok((0..plants.len()).map(clicked).collect())
 }
@@ -105,13 +120,51 @@ fn flow(
 }
 
 impl ClickedPlant {
-    /// The detection, the track, and the confidence of a clicked end of the stem in photograph `index`. What the rules
-    /// `detected` there is a second witness of the tip, and gives the stem where both agree.
+    /// Learns what the stem looks like from the photographs in which the tip is clicked.
+    fn learn(&mut self, clicks: &[Click], series: &Series) {
+        let open = |click: &Click| {
+            let root = self.root_at(click.frame, None)?;
+            Some((series.frames[click.frame].picture()?, root, click.at))
+        };
+        let pictures: Vec<_> = clicks.iter().filter_map(open).collect();
+        let known: Vec<KnownEnds<'_>> = pictures
+            .iter()
+            .map(|(picture, root, tip)| KnownEnds { picture, root: *root, tip: *tip })
+            .collect();
+        self.stem = LearnedStem::learn(&known);
+    }
+
+    /// Where the root is in photograph `index`, whose picture is shifted by `registered`; `None` where it moves and is lost.
+    fn root_at(&self, index: usize, registered: Option<Pixel>) -> Option<Pixel> {
+        match &self.root {
+            Some(root) => Some(root[index].filter(|root| root.confidence >= LEAST_CONFIDENCE)?.at),
+            None => Some(self.calibration.base + registered.unwrap_or_default()),
+        }
+    }
+
+    /// The midline of the stem in the picture of photograph `index`; `None` where an end of it is not known.
+    pub(super) fn line(
+        &self,
+        index: usize,
+        picture: &dyn PixelSource,
+        registered: Option<Pixel>,
+    ) -> Option<LearnedLine> {
+        let known = |places: &[Option<FollowedPlace>]| {
+            Some(places[index].filter(|place| place.confidence >= LEAST_CONFIDENCE)?.at)
+        };
+        let tip = known(&self.tip)?;
+        let end = self.node.as_ref().map_or(Some(tip), |node| known(node))?;
+        self.stem.as_ref()?.line(KnownEnds { picture, root: self.root_at(index, registered)?, tip }, end)
+    }
+
+    /// The detection, the track, and the confidence of the stem in photograph `index`. What the rules `detected` there is a second
+    /// witness of the tip, and gives the stem where both agree; elsewhere it is the learned `line`.
     pub(super) fn update(
         &mut self,
         index: usize,
         detected: Result<&Detection, FrameStatus>,
-    ) -> (Option<Detection>, TrackedFrame, Option<f64>) {
+        line: Option<&LearnedLine>,
+    ) -> (Option<Detection>, TrackedFrame, StemConfidence) {
         let known = |places: &Option<Vec<Option<FollowedPlace>>>| {
             let place = places.as_ref()?[index];
             place.filter(|place| place.confidence >= LEAST_CONFIDENCE)
@@ -137,7 +190,7 @@ impl ClickedPlant {
             let observation =
                 self.last.clone().map(|last| Observation { quality: Quality::CarriedForward, ..last });
             let tracked = TrackedFrame { observation, tip_px: None, status, confidence, camera_shift: moved };
-            return (None, tracked, None);
+            return (None, tracked, StemConfidence::default());
         };
         let stem = detected.ok().and_then(|detection| match (known(&self.node), &self.node) {
             (Some(node), _) => ended_at(detection.stem.as_deref()?, node.at, self.tolerance),
@@ -147,7 +200,15 @@ impl ClickedPlant {
                 detection.stem.clone().filter(|_| is_agreed)
             }
         });
+        let learned = line.filter(|line| stem.is_none() && line.confidence >= LEAST_CONFIDENCE);
+        let end = known(&self.node).map(|node| node.confidence);
+        // A learned line without a node ends at the tip, whatever the stem does.
+        let stem_confidence = StemConfidence {
+            end,
+            length: learned.map(|line| line.confidence.min(end.unwrap_or(tip.confidence))).or(end),
+        };
         let apex = known(&self.node).map(|node| node.at).or_else(|| stem.as_ref()?.last().copied());
+        let stem = stem.or_else(|| Some(learned?.line.clone()));
         let point = |pixel: Pixel| self.calibration.point(pixel - shift);
         let polyline = stem.as_ref().map(|stem| Polyline(stem.iter().copied().map(point).collect()));
         let observation = Observation {
@@ -165,7 +226,7 @@ impl ClickedPlant {
             confidence,
             camera_shift: moved.or(registered),
         };
-        (Some(detection), tracked, known(&self.node).map(|node| node.confidence))
+        (Some(detection), tracked, stem_confidence)
     }
 }
 

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use tropism::lamps::Light;
 use tropism::photo::{Image, Photo};
+use tropism::vision::detect::learned_stem::LearnedLine;
 use tropism::vision::raster::source::PixelSource;
 use tropism::vision::{self, FrameStatus, TipTracker, VisionError, lamp_state};
 
@@ -17,7 +18,7 @@ use super::overlays::{Annotation, Overlays};
 use super::plan::TrackPlan;
 use super::plants::Plant;
 use super::series::{Frame, Series};
-use super::table::Table;
+use super::table::{StemConfidence, Table};
 use crate::{Error, Monitor, files};
 
 /// Photographs that are in memory at the same time: a series of any length needs the same memory.
@@ -108,7 +109,7 @@ impl<'a> Pipeline<'a> {
         for (frame, (_, sha256)) in frames[batch.clone()].iter().zip(&photos) {
             known.push(self.journal.find(&frame.name, sha256)?);
         }
-        let (trackers, overlays) = (&self.trackers, &self.overlays);
+        let (trackers, clicked, overlays) = (&self.trackers, &self.clicked, &self.overlays);
         let journal_file = self.plan.journal_file();
         let processed: Vec<Processed> = batch
             .clone()
@@ -123,7 +124,15 @@ impl<'a> Pipeline<'a> {
                     return Err(Error::Interrupted { folder: journal_file.clone() });
                 }
                 let name = &frames[index].name;
-                Processed::new(trackers, name, known, photo, sha256, overlays.needs(index, name))
+                Processed::new(
+                    trackers,
+                    clicked,
+                    (index, name),
+                    known,
+                    photo,
+                    sha256,
+                    overlays.needs(index, name),
+                )
             })
             .collect::<Result<_, _>>()?;
         let new: Vec<&str> = processed.iter().filter_map(|photo| photo.line.as_deref()).collect();
@@ -156,10 +165,14 @@ impl<'a> Pipeline<'a> {
         self.problems.extend(problem.map(|problem| (frame.name.clone(), problem)));
         let mut seen = Vec::with_capacity(self.plants.len());
         let plants = self.trackers.iter_mut().zip(&mut self.clicked).zip(&mut self.tables);
-        for (((tracker, clicked), table), detection) in plants.zip(&detections.plants) {
+        for ((((tracker, clicked), table), detection), line) in
+            plants.zip(&detections.plants).zip(&photo.lines)
+        {
             let result = if is_repeated { Err(FrameStatus::Repeated) } else { detection.result() };
-            let (detected, tracked, end_confidence) = match clicked {
-                Some(clicked) => clicked.update(index, result.as_ref().map_err(|status| *status)),
+            let (detected, tracked, confidence) = match clicked {
+                Some(clicked) => {
+                    clicked.update(index, result.as_ref().map_err(|status| *status), line.as_ref())
+                }
                 None => {
                     let tracked = tracker.update(result, frame.time_s);
                     // A stem whose end is unknown is not written down.
@@ -167,10 +180,10 @@ impl<'a> Pipeline<'a> {
                     if let Some(detected) = detected.as_mut().filter(|_| !tracker.has_measured_stem()) {
                         (detected.stem, detected.apex) = (None, None);
                     }
-                    (detected, tracked, None)
+                    (detected, tracked, StemConfidence::default())
                 }
             };
-            table.add(frame, detected.as_ref(), tracked.clone(), end_confidence, light);
+            table.add(frame, detected.as_ref(), tracked.clone(), confidence, light);
             seen.push((detected, tracked));
         }
         let Some(image) = &photo.image else { return Ok(()) };
@@ -187,6 +200,8 @@ impl<'a> Pipeline<'a> {
 /// The detections of a photograph, and its pixels if it is to be drawn.
 struct Processed {
     detections: FrameDetections,
+    /// The midline of the stem of each plant that was clicked.
+    lines: Vec<Option<LearnedLine>>,
     /// Its line for the journal; `None` if it is there already.
     line: Option<String>,
     image: Option<Arc<Image>>,
@@ -196,7 +211,8 @@ impl Processed {
     /// Takes the detections that are `known` from the journal, or detects the plants now.
     fn new(
         trackers: &[TipTracker],
-        name: &str,
+        clicked: &[Option<ClickedPlant>],
+        (index, name): (usize, &str),
         known: Option<FrameDetections>,
         photo: Result<Photo, String>,
         sha256: String,
@@ -205,9 +221,15 @@ impl Processed {
         let is_new = known.is_none();
         let frame = photo.map(vision::Frame::new);
         let detections = known.unwrap_or_else(|| detect(trackers, name, &frame, sha256));
+        let picture = frame.as_ref().ok().and_then(|frame| frame.picture().ok());
+        let learned = |(clicked, detection): (&Option<ClickedPlant>, &PlantDetection)| {
+            let registered = detection.detected.as_ref().map(|detected| detected.camera_shift);
+            clicked.as_ref()?.line(index, picture?, registered)
+        };
+        let lines = clicked.iter().zip(&detections.plants).map(learned).collect();
         let line = if is_new { Some(detections.line()?) } else { None };
         let image = frame.ok().filter(|_| is_drawn).and_then(|frame| frame.into_image().ok()).map(Arc::new);
-        Ok(Self { detections, line, image })
+        Ok(Self { detections, lines, line, image })
     }
 }
 

@@ -34,6 +34,15 @@ struct Row {
     measurement: Option<Measurement>,
 }
 
+/// How sure the stem of a clicked plant is in one photograph, 0 to 1; `None` where no click says so.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct StemConfidence {
+    /// That its end is right.
+    pub(super) end: Option<f64>,
+    /// That its length is right.
+    pub(super) length: Option<f64>,
+}
+
 /// What was measured in one photograph.
 struct Measurement {
     /// Shift of the camera's picture since the first photograph, in pixels.
@@ -45,8 +54,10 @@ struct Measurement {
     /// From the base up, in cm.
     stem: Vec<Point>,
     length_cm: Option<f64>,
-    /// Confidence of the stem's end, and so of its length, 0 to 1.
+    /// Confidence of the stem's end, 0 to 1.
     end_confidence: f64,
+    /// Confidence of its length.
+    length_confidence: f64,
 }
 
 /// The rows of one plant.
@@ -133,13 +144,13 @@ impl Table {
         }
     }
 
-    /// Adds the next photograph. `end_confidence` is that of the stem's end, where it was clicked.
+    /// Adds the next photograph.
     pub(super) fn add(
         &mut self,
         frame: &Frame,
         detection: Option<&Detection>,
         seen: TrackedFrame,
-        end_confidence: Option<f64>,
+        clicked: StemConfidence,
         light: Option<Light>,
     ) {
         self.count(frame, detection, &seen, light);
@@ -159,7 +170,8 @@ impl Table {
             shift,
             top,
             apex: detection.and_then(|detection| detection.apex),
-            end_confidence: end_confidence.unwrap_or(UNCLICKED_END * seen.confidence),
+            end_confidence: clicked.end.unwrap_or(UNCLICKED_END * seen.confidence),
+            length_confidence: clicked.length.unwrap_or(UNCLICKED_END * seen.confidence),
             length_cm: stem.as_ref().map(|stem| stem.length()),
             stem: stem.map(|stem| stem.resampled(STEM_POINTS).0).unwrap_or_default(),
         });
@@ -263,15 +275,15 @@ impl Table {
         add_point_columns(&mut column, "apex", "cm", &|measured| {
             Some(point(calibration, measured.apex?, measured.shift).into())
         });
-        let confidence = |is_known: fn(&Measurement) -> bool| {
-            move |row: &Row| {
-                let known = row.measurement.as_ref().filter(|measured| is_known(measured));
-                text(known.map(|measured| measured.end_confidence), 3)
-            }
+        let confidence = |of: fn(&Measurement) -> Option<f64>| {
+            move |row: &Row| text(row.measurement.as_ref().and_then(of), 3)
         };
-        column("apex_confidence", &confidence(|measured| measured.apex.is_some()));
+        column("apex_confidence", &confidence(|measured| measured.apex.map(|_| measured.end_confidence)));
         column("length_cm", &|row| text(row.measurement.as_ref().and_then(|measured| measured.length_cm), 4));
-        column("length_confidence", &confidence(|measured| measured.length_cm.is_some()));
+        column(
+            "length_confidence",
+            &confidence(|measured| measured.length_cm.map(|_| measured.length_confidence)),
+        );
         for unit in ["cm", "px"] {
             for vertex in 0..STEM_POINTS {
                 add_point_columns(&mut column, &format!("stem_{}", vertex + 1), unit, &|measured| {

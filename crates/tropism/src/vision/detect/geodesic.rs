@@ -44,7 +44,7 @@ const EDGE_DISTANCE: u32 = 3;
 const RIDGE_RADIUS: usize = 2;
 
 /// "None" in tables of `u32`.
-const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
 /// One component with the cost of a step onto each of its samples.
 ///
@@ -112,6 +112,17 @@ impl GeodesicGrid {
         grid
     }
 
+    /// The grid of a whole plane of `width` columns, with the cost of a step onto each sample; [`NONE`] where no path leads.
+    pub(super) fn of_costs(costs: &[u32], width: usize) -> Self {
+        let size = (width + 2) * (costs.len() / width + 2);
+        let mut step_cost = vec![NONE; size];
+        for (row, costs) in costs.chunks_exact(width).enumerate() {
+            step_cost[(row + 1) * (width + 2) + 1..][..width].copy_from_slice(costs);
+        }
+        let (is_plant, edge_distance) = (vec![false; size], vec![0; size]);
+        Self { origin: (0, 0), width: width + 2, is_plant, edge_distance, step_cost }
+    }
+
     /// Column and row in the plane of a sample of the grid.
     pub(super) fn point(&self, at: usize) -> PlanePoint {
         let (column, row) = (self.origin.0 + at % self.width, self.origin.1 + at / self.width);
@@ -140,6 +151,14 @@ impl GeodesicGrid {
                 (self.is_plant[at], self.step_cost[at]) = (false, NONE);
             }
         }
+    }
+
+    /// The sample at a point of the plane, plant or not; `None` outside of the grid.
+    pub(super) fn sample(&self, [x, y]: PlanePoint) -> Option<usize> {
+        let (x, y) = (x.round() - self.origin.0 as f64, y.round() - self.origin.1 as f64);
+        let rows = self.is_plant.len() / self.width - 2;
+        let is_inside = x >= 0.0 && y >= 0.0 && x < (self.width - 2) as f64 && y < rows as f64;
+        is_inside.then_some((y as usize + 1) * self.width + x as usize + 1)
     }
 
     /// The plant sample nearest to a point.
@@ -255,11 +274,8 @@ impl GeodesicGrid {
 
     /// The distance to the edge at the plant sample nearest to a point; `None` outside the component.
     fn edge_distance_at(&self, point: PlanePoint) -> Option<u32> {
-        let (x, y) =
-            (point[0].round() - self.origin.0 as f64 + 1.0, point[1].round() - self.origin.1 as f64 + 1.0);
-        let is_inside = x >= 0.0 && y >= 0.0 && x < self.width as f64;
-        let at = is_inside.then_some(y as usize * self.width + x as usize)?;
-        self.is_plant.get(at)?.then(|| self.edge_distance[at])
+        let at = self.sample(point)?;
+        self.is_plant[at].then(|| self.edge_distance[at])
     }
 
     /// Paths to the ends of the component's branches, the longest first: at most `count`, each ending at least

@@ -261,7 +261,7 @@ pub fn trace_longest(
 }
 
 /// A path of samples as a smooth line with points about a sample apart.
-fn smooth_path(grid: &GeodesicGrid, path: &[usize]) -> Vec<PlanePoint> {
+pub(super) fn smooth_path(grid: &GeodesicGrid, path: &[usize]) -> Vec<PlanePoint> {
     let points: Vec<PlanePoint> = path.iter().map(|&at| grid.point(at)).collect();
     resample(&smooth(&smooth(&points, 2), 2), 1.0)
 }

@@ -20,6 +20,8 @@ mod distance_transform;
 mod geodesic;
 mod cross_section;
 pub mod midline;
+mod forest;
+pub mod learned_stem;
 mod second_foot;
 pub mod tip;
 pub mod stem;
