@@ -16,6 +16,7 @@ import {
   icon,
   insist,
   lampClass,
+  lampText,
   listen,
   mmss,
   moment,
@@ -45,7 +46,7 @@ const at = asked.get("at") ?? "";
  * A step, from a row that the server sends.
  * @param {any[]} row
  */
-const step = ([number, hours, x, y, length, lamp, confirmed, isCarried, status, confidence, unix, photo, px, py, v]) => ({
+const step = ([number, hours, x, y, length, lamp, confirmed, isCarried, status, confidence, unix, photo, px, py, v, steered]) => ({
   number,
   hours,
   x,
@@ -61,6 +62,7 @@ const step = ([number, hours, x, y, length, lamp, confirmed, isCarried, status, 
   px,
   py,
   v,
+  isNight: steered === 0,
 });
 
 /** @type {ReturnType<typeof step>[]} */
@@ -150,7 +152,7 @@ function photograph() {
   if (one?.photo) {
     const source = photoOf(one, false);
     if (image.getAttribute("src") !== source) image.src = source;
-    const side = one.lamp ? ` The ${one.lamp} lamp is lit next.` : "";
+    const side = one.lamp ? ` Lit next: ${lampText(one.lamp)}.` : "";
     image.alt =
       one.x === null
         ? `Step ${one.number}: no plant found.`
@@ -167,7 +169,7 @@ function photograph() {
   $("#note-about").textContent = latest || !one ? "now" : `step ${one.number}, ${when(one)}`;
   $("#where").textContent = latest
     ? "latest photograph"
-    : `step ${one.number}, ${when(one)}${one.lamp ? `, then ${one.lamp} lamp` : ""}`;
+    : `step ${one.number}, ${when(one)}${one.lamp ? `, then ${lampText(one.lamp)}` : ""}`;
   const scrub = $("#scrub");
   scrub.max = String(Math.max(0, steps.length - 1));
   scrub.value = String(place());
@@ -282,7 +284,9 @@ function facts() {
     ? html`<span class="lamp ${lampClass(lamp)}">${capital(lamp)}</span>`
     : html`<span class="lamp">${(status.state === "died" || status.state === "gone") && !status.still_lit ? "Unknown" : capital(unknown)}</span>`;
   const detail = has
-    ? html`<span class="sub">for ${num(hours, 1)} h${lit?.isConfirmed ? ", confirmed" : ", not confirmed yet"}</span>`
+    ? html`<span class="sub"
+        >for ${num(hours, 1)} h${lit?.isConfirmed ? ", confirmed" : ", not confirmed yet"}${status.programme ? `; ${status.programme}` : ""}</span
+      >`
     : "";
   put($("#lamp"), [name, detail]);
   put($("#dock-lamp"), name);
@@ -322,8 +326,21 @@ const series = fit($("#series"), (width) => {
       let to = from + 1;
       while (to < steps.length - 1 && steps[to].lamp === steps[from].lamp) to++;
       const lamp = steps[from].lamp;
-      if (lamp)
+      if (lamp && lamp !== "dark")
         parts += `<rect class="lit ${lampClass(lamp)}" x="${X(steps[from].hours).toFixed(1)}" y="0" width="${(X(steps[to].hours) - X(steps[from].hours)).toFixed(1)}" height="7"/>`;
+      from = to;
+    }
+    return parts;
+  };
+  /** The times at which a programme does not let the controller steer. */
+  const nights = (X, height) => {
+    let parts = "";
+    for (let from = 0; from < steps.length - 1;) {
+      let to = from + 1;
+      while (to < steps.length - 1 && steps[to].isNight === steps[from].isNight) to++;
+      const [left, right] = [X(steps[from].hours), X(steps[to].hours)];
+      if (steps[from].isNight)
+        parts += `<rect class="night" x="${left.toFixed(1)}" y="10" width="${(right - left).toFixed(1)}" height="${height - 10}"/>`;
       from = to;
     }
     return parts;
@@ -352,7 +369,7 @@ const series = fit($("#series"), (width) => {
       label: `${yl} over ${num(until, 1)} hours, now ${known.length ? num(known.at(-1), 2) : "unknown"}`,
       body: (X, Y) => {
         const heights = aims.map((aim) => `<path class="dotted" d="M${X(0)} ${Y(aim).toFixed(1)}H${X(until)}"/>`);
-        return `${ribbon(X)}${marks(X, isLast ? 102 : 104)}${heights.join("")}<path class="stroke bold" d="${line(hours, values, X, Y)}"/>`;
+        return `${nights(X, isLast ? 102 : 104)}${ribbon(X)}${marks(X, isLast ? 102 : 104)}${heights.join("")}<path class="stroke bold" d="${line(hours, values, X, Y)}"/>`;
       },
     });
   };
@@ -403,7 +420,7 @@ function cursor() {
   line.style.left = `${BEFORE + ((width - BEFORE - BEHIND) * one.hours) / until}px`;
   const tip = one.x === null ? "no plant found" : `x ${num(one.x, 1)}, y ${num(one.y, 1)} cm`;
   const noted = events.filter((event) => event.kind === "note" && event.step === one.number).map((event) => `. ${event.text}`);
-  $("#read").textContent = `${num(one.hours, 1)} h: ${tip}${one.lamp ? `, ${one.lamp} lamp` : ""}${noted.join("")}`;
+  $("#read").textContent = `${num(one.hours, 1)} h: ${tip}${one.lamp ? `, ${lampText(one.lamp)}` : ""}${noted.join("")}`;
   if (one.x === null || !onPath) return;
   const [X, Y] = onPath;
   $("#path svg")?.insertAdjacentHTML("beforeend", `<circle class="ring" id="on-path" cx="${X(one.x)}" cy="${Y(one.y)}" r="9"/>`);

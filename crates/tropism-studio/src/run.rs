@@ -7,6 +7,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::{Value, json};
 use tropism::geometry::{Pixel, Point};
+use tropism::lamps::Layout;
 use tropism::observation::{Observation, Quality};
 use tropism::rig::Event;
 use tropism::task::Task;
@@ -185,7 +186,7 @@ impl RunReader {
         let same = self.tail.read(folder)?;
         let Tail { steps, events } = &self.tail;
         let status = status::of_run(folder, config, steps, events, holder(folder).ok()?);
-        let calibration = config.calibration();
+        let (layout, calibration) = (config.rig.layout().ok()?, config.calibration());
         let settled = match steps.last() {
             Some(last) if last.decided.is_none() || !last.is_confirmed => steps.len() - 1,
             _ => steps.len(),
@@ -194,7 +195,9 @@ impl RunReader {
         let known = |before: &[Arc<str>], count: usize| before[..count.min(before.len())].to_vec();
         let mut rows = before.map(|before| known(&before.rows, same)).unwrap_or_default();
         rows.extend(
-            steps[rows.len()..].iter().map(|step| row(step, calibration.as_ref()).to_string().into()),
+            steps[rows.len()..]
+                .iter()
+                .map(|step| row(step, &layout, calibration.as_ref()).to_string().into()),
         );
         let same_events = if same > 0 { events_before } else { 0 };
         let mut printed = before.map(|before| known(&before.events, same_events)).unwrap_or_default();
@@ -231,8 +234,9 @@ fn rounded(value: f64, digits: i32) -> f64 {
 }
 
 /// Step, hours, tip in cm, length of the stem, lamp, whether it confirmed, whether the tip was carried forward, what the photograph
-/// shows, confidence, time, photograph, the tip in the photograph, and the begin of the photograph's digest.
-fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value {
+/// shows, confidence, time, photograph, the tip in the photograph, the begin of the photograph's digest, and whether a programme
+/// let the controller steer.
+fn row(step: &StepRecord, layout: &Layout, calibration: Option<&Calibration>) -> Value {
     let seen = step.seen.observation.as_ref();
     let number = |value: Option<f64>, digits| value.map(|value| rounded(value, digits));
     let pixel = step.seen.tip_px.or_else(|| Some(calibration?.pixel(seen?.tip)));
@@ -242,7 +246,7 @@ fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value {
         number(seen.map(|seen| seen.tip.x), 2),
         number(seen.map(|seen| seen.tip.y), 2),
         number(seen.and_then(|seen| Some(seen.stem.as_ref()?.length())), 2),
-        step.decided.map(|light| light.to_string()),
+        step.commanded().map(|lighting| lighting.word(layout)),
         u8::from(step.is_confirmed),
         u8::from(seen.is_none_or(|seen| seen.quality == Quality::CarriedForward)),
         step.seen.status.name(),
@@ -252,6 +256,7 @@ fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value {
         number(pixel.map(|pixel| pixel.x), 1),
         number(pixel.map(|pixel| pixel.y), 1),
         step.photo_sha256.get(..SHOWN_DIGITS).unwrap_or_default(),
+        step.programme.map(|programme| u8::from(programme.acting.is_steered)),
     ])
 }
 
@@ -282,7 +287,8 @@ fn status_json(folder: &Path, config: &RunConfig, steps: &[StepRecord], status: 
         "state": state_word(status.state),
         "process": status.process,
         "health": words::health(status),
-        "still_lit": status.still_lit.map(|light| light.to_string()),
+        "programme": status.programme.as_ref().map(ToString::to_string),
+        "still_lit": status.still_lit,
         "photo_unix": photo_unix,
         "next_unix": next.map(|(photo, period)| rounded(photo + period, 1)),
         "period_s": period_s,
