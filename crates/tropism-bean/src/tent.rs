@@ -18,6 +18,7 @@ use tropism::lighting::{Allowed, Lighting};
 use tropism::observation::Observation;
 use tropism::obstacle::{Pole, Solid};
 use tropism::photo::Photo;
+use tropism::programme::TimeOfDay;
 use tropism::rig::{Camera, Clock, Flash, Lamps, RigError, SideView};
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
@@ -50,6 +51,10 @@ pub struct Greenhouse {
     /// Which lamps may be lit together. Default: one at a time, at full power.
     #[serde(skip_serializing_if = "Allowed::is_one")]
     pub allowed: Allowed,
+    /// Local time of day at which an experiment begins, which a programme of the rig goes by. 08:00 if it is left out.
+    #[serde(skip_serializing_if = "is_morning")]
+    #[cfg_attr(feature = "schema", schemars(with = "String"))]
+    pub begins: TimeOfDay,
     /// Solids through which no stem passes. Default: none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub solids: Vec<Solid>,
@@ -65,6 +70,7 @@ impl Default for Greenhouse {
             scene: Scene::default(),
             layout: Layout::default(),
             allowed: Allowed::One,
+            begins: MORNING,
             solids: Vec::new(),
             faults: Faults::default(),
         }
@@ -93,6 +99,14 @@ pub enum GreenhouseError {
     /// A fault rate.
     #[error("greenhouse.faults: {0}")]
     Faults(OutOfRange),
+}
+
+/// When an experiment in the virtual tent begins. Chosen: when people begin.
+const MORNING: TimeOfDay = TimeOfDay::new(8, 0);
+
+/// Files leave out the usual beginning.
+fn is_morning(time: &TimeOfDay) -> bool {
+    *time == MORNING
 }
 
 /// Files leave out the paper's lamps.
@@ -147,6 +161,7 @@ struct Tent {
     /// The side camera, if there is one.
     side: Option<Renderer>,
     allowed: Allowed,
+    begins: TimeOfDay,
     lit: Lighting,
     has_flash: bool,
     now_min: f64,
@@ -383,6 +398,7 @@ impl Greenhouse {
             side: (self.scene.cameras > 1)
                 .then(|| Renderer::at(View::Side, &self.scene, seed).under(&self.layout).among(&self.solids)),
             allowed: self.allowed,
+            begins: self.begins,
             lit: Lighting::DARK,
             has_flash: false,
             now_min: 0.0,
@@ -567,6 +583,11 @@ impl Clock for TentHandle {
     ) -> ControlFlow<()> {
         self.0.borrow_mut().advance_to(since_start.as_secs_f64() / 60.0);
         ControlFlow::Continue(())
+    }
+
+    fn time_of_day(&self) -> TimeOfDay {
+        let tent = self.0.borrow();
+        tent.begins.later(tent.now_min as u64)
     }
 
     fn replay(&mut self, lighting: Lighting, until: Duration) {

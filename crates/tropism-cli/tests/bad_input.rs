@@ -283,6 +283,14 @@ fn tasks_rigs_and_studies() {
     fails(&folder, &run("nothing.toml"), &["nothing.toml", "camera, lamps, calibration"]);
     fs::write(folder.path().join("scale.toml"), "[greenhouse]\nvariation = 3.0\n").unwrap();
     fails(&folder, &run("scale.toml"), &["greenhouse.variation = 3"]);
+    let parts = [("06:00", "22:00"), ("21:00", "23:00")]
+        .map(|(from, to)| format!("[[programme]]\nfrom = \"{from}\"\nto = \"{to}\"\n"));
+    fs::write(folder.path().join("night.toml"), format!("[greenhouse]\n{}", parts.concat())).unwrap();
+    fails(
+        &folder,
+        &run("night.toml"),
+        &["night.toml: programme 2: found 21:00 to 23:00", "programme 1, 06:00 to 22:00"],
+    );
     let speed = |rig, speed| [&run(rig)[..], &["--speed", speed]].concat();
     for wrong in ["0", "fast", "inf", "NaN", "1e-300"] {
         fails(&folder, &speed("greenhouse", wrong), &["wanted max, or a number"]);

@@ -21,6 +21,8 @@ use rumqttc::{Client, Event, MqttOptions, Packet, QoS};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use testing::Mosquitto;
+use tropism::programme::TimeOfDay;
+use tropism::rig::Lamps;
 use tropism_lab::Journal;
 
 #[expect(dead_code, reason = "shared with the tests of drivers")]
@@ -35,6 +37,8 @@ const WITHIN: Duration = Duration::from_secs(15);
 struct Devices {
     /// The state of each, as JSON of WLED or as a switch.
     states: Mutex<BTreeMap<String, Value>>,
+    /// The most lamps that were lit at once, and the most power, in units of one at full power.
+    peak: Mutex<(usize, f64)>,
     /// Whether they hear, but neither obey nor answer.
     hang: AtomicBool,
 }
@@ -42,6 +46,17 @@ struct Devices {
 impl Devices {
     fn is_lit(&self) -> bool {
         self.states.lock().unwrap().values().any(|state| state["on"] == true)
+    }
+
+    /// Takes the state of a device, and what is lit then.
+    fn take(&self, states: &mut BTreeMap<String, Value>, name: String, state: Value) {
+        states.insert(name, state);
+        let lamps = states.iter().filter(|(name, state)| *name != "flash" && state["on"] == true);
+        // The brightness of a strip at full power is its `duty`, 0.5. A plug has none.
+        let powers: Vec<f64> =
+            lamps.map(|(_, state)| state["bri"].as_f64().unwrap_or(128.0) / 128.0).collect();
+        let mut peak = self.peak.lock().unwrap();
+        *peak = (peak.0.max(powers.len()), peak.1.max(powers.iter().sum()));
     }
 
     fn wait_while_hung(&self) {
@@ -91,7 +106,7 @@ fn answer_as_wled(devices: &Devices, mut socket: TcpStream) -> Option<()> {
     } else {
         let said: Value = serde_json::from_slice(&body).unwrap_or_default();
         for segment in said["seg"].as_array().into_iter().flatten() {
-            states.insert(segment["id"].to_string(), segment.clone());
+            devices.take(&mut states, segment["id"].to_string(), segment.clone());
         }
         json!({"on": true, "bri": 255, "seg": states.values().collect::<Vec<_>>()})
     };
@@ -118,7 +133,7 @@ fn start_plugs(devices: &Arc<Devices>, port: u16) {
             let topic = String::from_utf8_lossy(&command.topic);
             let name = topic.split('/').nth(1).unwrap();
             let is_on = *command.payload == *b"ON";
-            devices.states.lock().unwrap().insert(name.to_owned(), json!({"on": is_on}));
+            devices.take(&mut devices.states.lock().unwrap(), name.to_owned(), json!({"on": is_on}));
             let answer = if is_on { "ON" } else { "OFF" };
             client.try_publish(format!("stat/{name}/POWER"), QoS::AtMostOnce, false, answer).unwrap();
         }
@@ -361,6 +376,59 @@ fn every_signal_that_ends_a_run_leaves_it_dark() {
         send(signal, child.id());
         child.wait().unwrap();
         println!("{switches:?}, {signal}: dark {:?} after the end", tent.goes_dark(signal));
+    });
+}
+
+/// A programme that lights both lamps of an emulated rig: one steered, the other as its base light.
+fn both_lit(tent: &Tent, base: &str, budget: f64) {
+    let rig = tent.folder.path().join("rig.toml");
+    let text = fs::read_to_string(&rig).unwrap();
+    let lamps =
+        format!("[lamps]\nallowed = {{ any = {{ most_lit = 2, budget = {budget:?} }} }}\n[lamps.left]");
+    let programme = format!("\n[[programme]]\nfrom = \"00:00\"\nto = \"24:00\"\nbase = {base:?}\n");
+    let zone = "time_zone = \"Europe/Berlin\"\n";
+    fs::write(&rig, format!("{zone}{}{programme}", text.replacen("[lamps.left]", &lamps, 1))).unwrap();
+}
+
+#[test]
+fn several_lit_lamps_go_dark_whatever_ends_the_run() {
+    let ways = Switches::all().flat_map(|switches| ["-TERM", "-KILL"].map(|signal| (switches, signal)));
+    for_all(ways, |(switches, signal)| {
+        let tent = Tent::new(switches, CAMERA);
+        both_lit(&tent, "left+right", 2.0);
+        let mut child = tent.lit(&mut tent.command());
+        assert_eq!(*tent.devices.peak.lock().unwrap(), (2, 2.0), "both are lit");
+        send(signal, child.id());
+        child.wait().unwrap();
+        println!("{switches:?}, two lamps, {signal}: dark {:?} after the end", tent.goes_dark(signal));
+        assert_eq!(*tent.devices.peak.lock().unwrap(), (2, 2.0), "nor was there ever more");
+    });
+}
+
+#[test]
+fn a_budget_is_never_exceeded_while_lamps_change_places() {
+    for_all(Switches::all(), |switches| {
+        let tent = Tent::new(switches, CAMERA);
+        // Plugs are at full power or dark.
+        let (base, budget) =
+            if switches == Switches::Wled { ("left:51+right:51", 1.2) } else { ("dark", 1.0) };
+        both_lit(&tent, base, budget);
+        let rig = fs::read_to_string(tent.folder.path().join("rig.toml")).unwrap();
+        let rig: tropism_rig::file::RigFile = toml::from_str(&rig).unwrap();
+        rig.check().unwrap();
+        let (layout, acting) =
+            (rig.layout().unwrap(), rig.programme().unwrap().unwrap().at(TimeOfDay::MIDNIGHT));
+        let mut lamps = rig.lamps.as_ref().unwrap().open(rig.mqtt.as_ref()).unwrap();
+        for _ in 0..5 {
+            for light in layout.lights() {
+                lamps.shine(acting.lighting(light.into())).unwrap();
+            }
+        }
+        let (_, power) = *tent.devices.peak.lock().unwrap();
+        // Brightness of WLED has steps of a 255th.
+        assert!(power > budget - 0.01 && power < budget + 0.01, "{switches:?}: {power} full lamps");
+        lamps.light(None).unwrap();
+        assert!(tent.is_dark());
     });
 }
 

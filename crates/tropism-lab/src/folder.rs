@@ -4,8 +4,10 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use tropism::lamps::Layout;
 use tropism::lighting::Lighting;
 use tropism::photo::Photo;
+use tropism::programme::Acting;
 use tropism::rig::{Durability, Event, EventKind};
 use tropism::track::{Column, Track};
 use tropism_rig::secret::{holds_secret, redacted_text};
@@ -259,8 +261,8 @@ impl RunFolder {
 
     /// Writes `track.csv`: `track` with the photograph of each step and the pixel of the tip in it. The light of a row is the
     /// one that acted: `dark` where the lamp did not confirm it, or where the next photograph shows another one. Then a
-    /// further column says what was decided. The stems that were seen stand in further columns: models of the stem are fitted
-    /// to them, and a task with obstacles is scored by them.
+    /// further column says what was decided. Where the rig has a programme, three columns say what of it acted. The stems that
+    /// were seen stand in further columns: models of the stem are fitted to them, and a task with obstacles is scored by them.
     ///
     /// Returns the track as it is written, without the further columns.
     ///
@@ -296,12 +298,33 @@ impl RunFolder {
             let names = track.samples.iter().map(|sample| sample.lighting().word(&track.layout));
             written.columns.push(Column::text("decided", names.collect()));
         }
+        written.columns.extend(programme_columns(steps.iter(), &track.layout));
         if written.samples.iter().any(|sample| sample.stem.is_some() || sample.depth.is_some()) {
             written.add_stem_columns();
         }
         files::write_track(&self.path.join("track.csv"), &written)?;
         Ok(acting)
     }
+}
+
+/// What of a programme acted at each of `steps`: the number of its part, whether the controller steered, and the base light. No
+/// columns for a run without a programme.
+pub(crate) fn programme_columns<'s>(
+    steps: impl Iterator<Item = &'s StepRecord> + Clone,
+    layout: &Layout,
+) -> Vec<Column> {
+    if steps.clone().all(|step| step.programme.is_none()) {
+        return Vec::new();
+    }
+    let column = |name: &str, value: &dyn Fn(Acting) -> String| {
+        let cell = |step: &StepRecord| step.programme.map_or_else(String::new, |found| value(found.acting));
+        Column::parsed(name, steps.clone().map(cell).collect())
+    };
+    vec![
+        column("part", &|acting| acting.part.to_string()),
+        column("steered", &|acting| u8::from(acting.is_steered).to_string()),
+        column("base", &|acting| acting.base.word(layout)),
+    ]
 }
 
 /// The first of several photographs of `next` or later steps in the run folder at `path`: the journal has lost their steps.

@@ -90,7 +90,7 @@ pub use checkpoint::{Checkpoint, Loaded};
 pub use controller::ControllerSpec;
 pub use error::Error;
 pub use folder::{FolderError, PhotoFolder, RunFolder, has_journal, read_journal};
-pub use journal::{Downtime, Journal, JournalError, SideRecord, StepRecord};
+pub use journal::{Downtime, Journal, JournalError, ProgrammeRecord, SideRecord, StepRecord};
 pub use lock::{FolderLock, LockError, holder, lock};
 pub use monitor::{Monitor, Part, Silent};
 pub use recorder::{RecordError, Recorder, Supervision};

@@ -127,7 +127,7 @@ fn observed(steps: &[StepRecord]) -> Vec<Observed> {
     let last = steps.len().saturating_sub(1);
     let sample = |(index, (step, acted)): (usize, (&StepRecord, _))| {
         let seen = step.observation()?.clone();
-        let lighting = if index == last { step.decided.unwrap_or_default() } else { acted };
+        let lighting = if index == last { step.commanded().unwrap_or_default() } else { acted };
         let sample = Sample::of(seen, step.step, step.time_s, lighting);
         Some(Observed { sample, is_decided: step.decided.is_some() })
     };

@@ -2,12 +2,15 @@
 //! disturbing it.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::control::TargetOutlook;
+use tropism::lamps::Layout;
 use tropism::lighting::Lighting;
 use tropism::observation::Quality;
+use tropism::programme::Acting;
 use tropism::rig::{Event, EventKind};
 use tropism::track::Sample;
 use tropism_rig::alert::Kind;
@@ -96,10 +99,13 @@ pub struct RunStatus {
     pub tip_x_cm: Option<f64>,
     /// The latest tip, in cm above the soil.
     pub tip_y_cm: Option<f64>,
-    /// The latest decision.
-    pub lamp: Option<Lighting>,
+    /// The lighting that the lamps were commanded last, with their names in the rig.
+    pub lamp: Option<String>,
+    /// What acts of the programme of its rig; left out without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub programme: Option<ProgrammeStatus>,
     /// The lamps that may still be lit though no program works on the run; of real plants.
-    pub still_lit: Option<Lighting>,
+    pub still_lit: Option<String>,
     /// File of the latest photograph.
     pub photograph: Option<PathBuf>,
     /// Its age in seconds.
@@ -125,6 +131,40 @@ pub struct RunStatus {
     pub event_counts: BTreeMap<&'static str, usize>,
     /// The latest events that people are alerted to by default, in order.
     pub latest_events: Vec<LatestEvent>,
+}
+
+/// What acted of a programme at the latest step.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ProgrammeStatus {
+    /// Number of the part, from 1; 0 outside of all.
+    pub part: u32,
+    /// Its times, such as `06:00 to 22:00`; `night` outside of all parts.
+    pub times: String,
+    /// Whether what is decided is lit.
+    pub is_steered: bool,
+    /// The base light, with the names of the rig.
+    pub base: String,
+}
+
+impl ProgrammeStatus {
+    /// What acted at the latest of `steps` that has a command.
+    fn of(config: &RunConfig, layout: &Layout, steps: &[StepRecord]) -> Option<Self> {
+        let Acting { part, is_steered, base } = steps.iter().rev().find_map(|step| step.programme)?.acting;
+        let of_file = (part as usize).checked_sub(1).and_then(|index| config.rig.programme.get(index));
+        Some(Self {
+            part,
+            times: of_file.map_or_else(|| "night".to_owned(), ToString::to_string),
+            is_steered,
+            base: base.word(layout),
+        })
+    }
+}
+
+impl fmt::Display for ProgrammeStatus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let steered = if self.is_steered { "steered" } else { "not steered" };
+        write!(f, "{}, {steered}, base light {}", self.times, self.base)
+    }
 }
 
 /// An event of a run.
@@ -226,9 +266,11 @@ pub fn of_run(
     let disk_free_bytes = files::free_bytes(folder).ok();
     let per_day = SECONDS_PER_DAY / period_s * photographs_bytes as f64 / steps.len().max(1) as f64;
     let state = state(folder, process, next_step_in_s.is_some_and(|left| left < -period_s), events);
-    let lamp = steps.iter().rev().find_map(|step| step.decided);
+    let lamp = steps.iter().rev().find_map(StepRecord::commanded);
     let may_be_lit =
         state == RunState::Died && !config.is_virtual() && !is_put_off(folder, photograph.as_deref());
+    let still_lit = lamp.filter(|&lighting| may_be_lit && lighting != Lighting::DARK);
+    let layout = config.rig.layout().unwrap_or_default();
     RunStatus {
         run: folder.to_owned(),
         state,
@@ -239,8 +281,9 @@ pub fn of_run(
         max_steps: config.task.max_steps,
         tip_x_cm: tip.map(|tip| tip.x),
         tip_y_cm: tip.map(|tip| tip.y),
-        lamp,
-        still_lit: lamp.filter(|_| may_be_lit),
+        lamp: lamp.map(|lighting| lighting.word(&layout)),
+        programme: ProgrammeStatus::of(config, &layout, steps),
+        still_lit: still_lit.map(|lighting| lighting.word(&layout)),
         photograph,
         photograph_age_s: age,
         next_step_in_s,

@@ -49,6 +49,7 @@ fn write_run(run: &Path, logged: &Path, checkpointed: &Path) {
                 photo,
                 seen,
                 decided: None,
+                programme: None,
                 is_confirmed: false,
                 begun: None,
                 lit: None,

@@ -11,8 +11,9 @@ use tropism::control::{Greedy, Periodic};
 use tropism::environment::{run, unwatched};
 use tropism::geometry::{Pixel, Point, Region};
 use tropism::lamps::{Layout, Light};
-use tropism::lighting::Lighting;
+use tropism::lighting::{Allowed, Lighting};
 use tropism::photo::{Image, Photo};
+use tropism::programme::{Part, Programme, TimeOfDay};
 use tropism::rig::{Boot, Camera, Clock, Flash, Lamps, Moment, OnExit, Rig, RigError};
 use tropism::rig::{
     Durability, Event, EventKind, FaultPolicy, HealthProblem, LampsInView, OnFault, RunMonitor,
@@ -27,6 +28,8 @@ use tropism_lab::{Journal, RecordError, Recorder, RunFolder, StepRecord, Supervi
 struct Tent {
     lean: f64,
     minutes: f64,
+    /// Minutes for which a lamp was lit.
+    lit_min: f64,
     lit: Option<Light>,
     has_flash: bool,
     photographs: u32,
@@ -56,6 +59,8 @@ struct Wrong {
     lamps_lie: Range<u32>,
     /// What becomes of its lamps at the end.
     on_exit: OnExit,
+    /// The minute at which a program opens it.
+    opens: f64,
     /// Whether it has the clocks of a real tent; the one on the wall is set by two hours after 100 minutes.
     is_real: bool,
 }
@@ -67,6 +72,7 @@ impl Tent {
 
     fn advance_to(&mut self, minutes: f64) {
         let sign = self.lit.map_or(0.0, |light| Layout::default().side(light));
+        self.lit_min += self.lit.map_or(0.0, |_| minutes - self.minutes);
         self.lean = (self.lean + 0.02 * sign * (minutes - self.minutes)).clamp(-7.0, 7.0);
         self.minutes = minutes;
     }
@@ -181,6 +187,11 @@ impl Clock for Hand {
         self.0.borrow().wrong.is_real.then_some(boot)
     }
 
+    /// It begins at 08:00.
+    fn time_of_day(&self) -> TimeOfDay {
+        TimeOfDay::new(8, 0).later(self.0.borrow().minutes as u64)
+    }
+
     fn replay(&mut self, lighting: Lighting, until: Duration) {
         let mut tent = self.0.borrow_mut();
         tent.lit = lighting.single().flatten();
@@ -210,7 +221,7 @@ fn open_with(
     supervision: Supervision<'static>,
 ) -> Result<(Recording, Hand), RecordError> {
     let on_exit = wrong.on_exit;
-    let hand = Hand(Rc::new(RefCell::new(Tent { wrong, ..Tent::default() })));
+    let hand = Hand(Rc::new(RefCell::new(Tent { minutes: wrong.opens, wrong, ..Tent::default() })));
     let config = VisionConfig {
         crop: Some(Region { x: 0, y: 0, width: 200, height: 185 }),
         ..VisionConfig::default()
@@ -618,6 +629,7 @@ fn real(path: &Path, wrong: Wrong, policy: FaultPolicy, ends_at: Option<u32>) ->
     let supervision = Supervision {
         policy: FaultPolicy { reserve_mb: 0, ..policy },
         lamps_in_view: Some(LampsInView::default()),
+        programme: None,
         max_light_h: None,
         monitor: Box::new(log.clone()),
     };
@@ -749,9 +761,11 @@ fn a_plant_that_is_not_seen_is_stood_in_for_as_long_and_then_nothing_is_decided(
 #[test]
 fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
     let dark_at: Vec<u32> = (0..7).map(|step| 50 + 5 * step).collect();
-    for on_fault in [OnFault::Hold, OnFault::Dark] {
+    let ways = [OnFault::Hold, OnFault::Dark].into_iter().flat_map(|way| [(way, None), (way, Some(day(75)))]);
+    for (on_fault, programme) in ways {
         let go_on = |path: &Path, ends_at: Option<u32>| {
             let supervision = Supervision {
+                programme: programme.clone(),
                 max_light_h: None,
                 policy: FaultPolicy { hold_steps: 3, on_fault, ..FaultPolicy::unlimited() },
                 monitor: Box::new(EventLog { ends_at, ..EventLog::default() }),
@@ -774,7 +788,61 @@ fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
                 track,
                 "{on_fault:?}, broken off at beat {ends_at}"
             );
+            assert_eq!(steps_of(folder.path()), steps_of(whole.path()), "{on_fault:?}, beat {ends_at}");
         }
+    }
+}
+
+/// A day that ends so many minutes after the beginning.
+fn day(minutes: u64) -> Programme {
+    let from = TimeOfDay::new(8, 0);
+    let part = Part { from, to: from.later(minutes), steer: true, base: "dark".to_owned(), ramp_min: 0 };
+    Programme::new(&[part], &Layout::default(), Allowed::One).unwrap()
+}
+
+#[test]
+fn the_night_is_dark_also_where_nothing_is_decided() {
+    for (camera_fails, dark_at) in
+        [(0..0, vec![]), (100..170, vec![]), (0..0, (20..40).map(|step| 5 * step).collect())]
+    {
+        let folder = tempfile::tempdir().unwrap();
+        let wrong = Wrong { camera_fails, dark_at, is_real: true, ..Wrong::default() };
+        let policy = FaultPolicy { hold_steps: 2, ..FaultPolicy::unlimited() };
+        let supervision = Supervision { policy, programme: Some(day(120)), ..Supervision::default() };
+        let (mut world, hand) = open_with(folder.path(), true, wrong, supervision).unwrap();
+        run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut unwatched).unwrap();
+        let rows = world.folder().steps().unwrap();
+        assert_eq!(hand.0.borrow().lit_min, 120.0, "the held lamp is lit by day, and no longer");
+        for row in rows.iter().filter(|row| row.step < STEPS) {
+            let programme = row.programme.unwrap();
+            assert_eq!(
+                (programme.acting.part, programme.acting.is_steered),
+                if row.step < 24 { (1, true) } else { (0, false) }
+            );
+            assert_eq!(programme.commanded == Lighting::DARK, row.step >= 24);
+            assert!(row.is_confirmed, "step {}", row.step);
+        }
+    }
+}
+
+#[test]
+fn a_run_that_is_resumed_at_night_is_dark_at_once() {
+    for (opens, is_lit) in [(102.0, true), (130.0, false)] {
+        let folder = tempfile::tempdir().unwrap();
+        let open = |opens| {
+            let supervision = Supervision { programme: Some(day(120)), ..Supervision::default() };
+            let wrong = Wrong { opens, is_real: true, ..Wrong::default() };
+            open_with(folder.path(), true, wrong, supervision).unwrap()
+        };
+        let (mut world, _) = open(0.0);
+        let mut watch = |sample: &Sample| match sample.step {
+            20 => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
+        };
+        run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut watch).unwrap();
+        drop(world);
+        let (_, hand) = open(opens);
+        assert_eq!(hand.0.borrow().lights[0].is_some(), is_lit, "at minute {opens}");
     }
 }
 
@@ -846,10 +914,17 @@ fn a_computer_that_is_too_hot_is_told_once_and_when_it_is_right_again() {
 
 #[test]
 fn a_day_has_no_more_light_than_the_rig_allows_also_after_a_resume() {
+    for programme in [None, Some(day(180))] {
+        cap_holds(programme.as_ref());
+    }
+}
+
+fn cap_holds(programme: Option<&Programme>) {
     let folder = tempfile::tempdir().unwrap();
     let part = |steps: usize| {
         // An hour: 12 steps.
-        let supervision = Supervision { max_light_h: Some(1.0), ..Supervision::default() };
+        let programme = programme.cloned();
+        let supervision = Supervision { max_light_h: Some(1.0), programme, ..Supervision::default() };
         let (mut world, hand) = open_with(folder.path(), true, Wrong::default(), supervision).unwrap();
         let mut left = steps;
         let mut watch = |_: &_| {
@@ -863,8 +938,10 @@ fn a_day_has_no_more_light_than_the_rig_allows_also_after_a_resume() {
     let hand = part(usize::MAX);
     assert_eq!(hand.0.borrow().lit, None);
     let rows = steps_of(folder.path());
-    let lit: Vec<u32> = rows.iter().filter(|row| row.is_confirmed).map(|row| row.step).collect();
+    let is_lit = |row: &&StepRecord| row.is_confirmed && row.commanded() != Some(Lighting::DARK);
+    let lit: Vec<u32> = rows.iter().filter(is_lit).map(|row| row.step).collect();
     assert_eq!(lit, (0..12).collect::<Vec<_>>());
+    assert_eq!(hand.0.borrow().lit_min, 60.0);
     let events = Journal::open_to_read(&folder.path().join("journal.sqlite")).unwrap().events().unwrap();
     let printed: Vec<u32> =
         events.iter().filter(|event| event.kind == EventKind::Lamp).map(|event| event.step).collect();

@@ -20,6 +20,7 @@ use tropism::photo::Photo;
 use tropism::plant::FittedModel;
 use tropism::plant::PlantModel;
 use tropism::plant::tip::TipModel;
+use tropism::programme::{Part, Programme, TimeOfDay};
 use tropism::rig::Durability;
 use tropism::rig::{Clock, Lamps, Rig};
 use tropism::task::Task;
@@ -57,12 +58,27 @@ fn record_under(
     steps: u32,
     samples: usize,
 ) -> Recorded {
+    record_by(None, controller, greenhouse, clicks, path, steps, samples)
+}
+
+/// [`record_under`] with a programme.
+fn record_by(
+    programme: Option<&Programme>,
+    controller: &mut dyn Controller,
+    greenhouse: &Greenhouse,
+    clicks: &[Click],
+    path: &Path,
+    steps: u32,
+    samples: usize,
+) -> Recorded {
     let (device, tracker) = greenhouse.open(3, 5.0, &VisionConfig::default()).unwrap();
     let tracker = tracker.with_clicks(clicks).unwrap();
     let hand = || device.clone();
     let rig = Rig::new(hand(), hand(), hand(), hand(), tracker, Duration::from_secs(300));
     let folder = RunFolder::open(path, "seed = 3\n", Durability::Fast, true).unwrap();
-    let mut world = Recorder::new(rig, folder, Supervision::default()).unwrap();
+    let mut world =
+        Recorder::new(rig, folder, Supervision { programme: programme.cloned(), ..Supervision::default() })
+            .unwrap();
     let mut left = samples;
     let mut side = BTreeMap::new();
     let mut watch = |_: &_| {
@@ -119,6 +135,71 @@ fn levels_are_recorded_and_go_on_after_an_interruption() {
         error.contains("found 2 lit lamps") && error.contains("wanted one lamp at full power"),
         "{error}"
     );
+}
+
+fn programme(parts: &[&str], greenhouse: &Greenhouse) -> Programme {
+    let parts: Vec<Part> = parts.iter().map(|part| toml::from_str(part).unwrap()).collect();
+    Programme::new(&parts, &greenhouse.layout, greenhouse.allowed).unwrap()
+}
+
+#[test]
+fn a_programme_acts_in_the_tent_and_goes_on_after_an_interruption() {
+    let greenhouse = Greenhouse {
+        layout: Layout::four_sides(),
+        allowed: Allowed::Any { most_lit: 2, budget: 1.3 },
+        begins: TimeOfDay::new(21, 30),
+        ..small_tent()
+    };
+    let day = "from = \"20:00\"\nto = \"22:00\"\nbase = \"front:60\"\nramp_min = 20";
+    let night = "from = \"22:00\"\nto = \"22:30\"\nsteer = false\nbase = \"back:20\"";
+    let programme = programme(&[day, night], &greenhouse);
+    let whole = tempfile::tempdir().unwrap();
+    let grow = |path: &Path, samples| {
+        record_by(Some(&programme), &mut periodic(), &greenhouse, &[], path, 16, samples)
+    };
+    let (track, truth, _) = grow(whole.path(), usize::MAX);
+    let steps =
+        |path: &Path| RunFolder::open(path, "seed = 3\n", Durability::Fast, true).unwrap().steps().unwrap();
+    let lit: Vec<String> = steps(whole.path())[..16]
+        .iter()
+        .map(|step| {
+            assert!(step.is_confirmed);
+            step.commanded().unwrap().word(&greenhouse.layout)
+        })
+        .collect();
+    let by_day =
+        ["right+front:60"; 3].into_iter().chain(["right+front:45", "right+front:30", "right+front:15"]);
+    let wanted: Vec<&str> = by_day.chain(["back:20"; 6]).chain(["dark"; 4]).collect();
+    assert_eq!(lit, wanted);
+    for samples in [3, 7, 13] {
+        let broken = tempfile::tempdir().unwrap();
+        grow(broken.path(), samples);
+        let (resumed, resumed_truth, _) = grow(broken.path(), usize::MAX);
+        assert_eq!((&resumed, &resumed_truth), (&track, &truth), "broken off after {samples}");
+        assert_eq!(steps(broken.path()), steps(whole.path()));
+    }
+    let folder = RunFolder::open(whole.path(), "seed = 3\n", Durability::Fast, true).unwrap();
+    folder.write_track(&track).unwrap();
+    let written = files::read_track(&whole.path().join("track.csv")).unwrap();
+    let lightings: Vec<String> =
+        written.samples[..16].iter().map(|sample| sample.lighting().word(&greenhouse.layout)).collect();
+    assert_eq!(lightings, wanted, "the track has what acted");
+    assert_eq!(written.numbers("part").unwrap()[..16], [[1.0; 6], [2.0; 6], [0.0; 6]].concat()[..16]);
+    assert_eq!(written.numbers("steered").unwrap()[..16], [[1.0; 6], [0.0; 6], [0.0; 6]].concat()[..16]);
+}
+
+#[test]
+fn the_bean_bends_to_a_base_light() {
+    let greenhouse = Greenhouse { allowed: Allowed::Any { most_lit: 1, budget: 1.0 }, ..small_tent() };
+    let [left, right] = ["left:100", "right:100"].map(|base| {
+        let part = format!("from = \"00:00\"\nto = \"24:00\"\nsteer = false\nbase = \"{base}\"");
+        let programme = programme(&[&part], &greenhouse);
+        let folder = tempfile::tempdir().unwrap();
+        let recorded =
+            record_by(Some(&programme), &mut periodic(), &greenhouse, &[], folder.path(), 72, usize::MAX);
+        recorded.1[72].x
+    });
+    assert!(left + 1.0 < right, "tops at {left} and {right} cm");
 }
 
 #[test]

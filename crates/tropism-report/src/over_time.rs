@@ -150,6 +150,9 @@ pub fn over_time(tracks: &[Track], notes: &[f64], plants: Plants) -> Figure {
         if let Some(track) = only.filter(|_| index == 0) {
             draw_lights(&mut plot, track);
         }
+        if let Some(track) = only {
+            draw_nights(&mut plot, track);
+        }
         for &hours in notes {
             let mut mark = plot::Path::default();
             let x = plot.place(hours, 0.0).0;
@@ -171,7 +174,12 @@ pub fn over_time(tracks: &[Track], notes: &[f64], plants: Plants) -> Figure {
         number: "time",
         title: "Over time".to_owned(),
         caption: caption(&curves, drawn.len(), only.is_some(), plants)
-            + if notes.is_empty() { "" } else { " Dotted lines are notes." },
+            + if notes.is_empty() { "" } else { " Dotted lines are notes." }
+            + if only.is_some_and(has_nights) {
+                " The controller did not steer where it is shaded."
+            } else {
+                ""
+            },
         data: csv(&curves),
         body: Body::Svg(format!(
             "<svg class=\"figure\" viewBox=\"0 0 {width:.1} {height:.1}\">{panels}</svg>"
@@ -196,7 +204,7 @@ fn caption(curves: &[Curves], panels: usize, is_alone: bool, plants: Plants) -> 
     format!("{colours} {angle}, from the vertical, positive to the right. {growth} {}", plants.sentence())
 }
 
-/// A strip of the lamps that were lit, on top of the panel: each pixel has the lamp of its time.
+/// A strip of the lamps that were lit, on top of the panel: each pixel has the brightest lamp of its time.
 fn draw_lights(plot: &mut Plot, track: &Track) {
     let samples = &track.samples;
     let Some(end) = samples.last().map(|last| plot.place(last.time_s / 3600.0, 0.0).0) else { return };
@@ -204,7 +212,7 @@ fn draw_lights(plot: &mut Plot, track: &Track) {
     let seconds_a_pixel = 3600.0 / plot.scale();
     let lit = |pixel: usize| {
         let until = seconds_a_pixel * (pixel as f64 + 0.5);
-        samples[samples.partition_point(|sample| sample.time_s <= until).max(1) - 1].light
+        samples[samples.partition_point(|sample| sample.time_s <= until).max(1) - 1].lighting().brightest()
     };
     let pixels: Vec<_> = (0..(end - start).clamp(0.0, PANEL.0) as usize).map(lit).collect();
     let mut left = start;
@@ -215,6 +223,28 @@ fn draw_lights(plot: &mut Plot, track: &Track) {
         plot.path(&format!("key {}", lamp::class(run[0])), &dash);
         left = right;
     }
+}
+
+fn has_nights(track: &Track) -> bool {
+    track.numbers("steered").is_some_and(|steered| steered.contains(&0.0))
+}
+
+/// Shades the times at which a programme did not let the controller steer, by the column `steered`.
+fn draw_nights(plot: &mut Plot, track: &Track) {
+    let Some(steered) = track.numbers("steered") else { return };
+    let place =
+        |index: usize| track.samples.get(index).map(|sample| plot.place(sample.time_s / 3600.0, 0.0).0);
+    let (top, bottom) = (plot.top_edge(), plot.bottom_edge());
+    let (mut nights, mut from) = (plot::Path::default(), 0);
+    for run in steered.chunk_by(|a, b| a == b) {
+        let to = from + run.len();
+        let ends = place(from).zip(place(to.min(track.samples.len() - 1)));
+        if let Some((left, right)) = ends.filter(|_| run[0] == 0.0) {
+            nights.line(&[(left, top), (right, top), (right, bottom), (left, bottom)]);
+        }
+        from = to;
+    }
+    plot.fill("dark band", &nights);
 }
 
 /// Gaps of a curve that are drawn, at most: a curve of more goes through the points that are measured.
@@ -314,6 +344,20 @@ mod tests {
         testing::golden(&figure);
         let Body::Svg(svg) = &figure.body else { panic!() };
         assert_eq!(svg.matches("<svg").count(), 1 + QUANTITIES.len());
+    }
+
+    #[test]
+    fn nights_are_shaded_in_each_panel() {
+        let mut track = leaning();
+        track.add_numbers(
+            "steered",
+            0,
+            (0..200).map(|step| if (50..90).contains(&step) { 0.0 } else { 1.0 }),
+        );
+        let figure = over_time(&[track], &[], Plants::Virtual);
+        let Body::Svg(svg) = &figure.body else { panic!() };
+        assert_eq!(svg.matches("fill dark band").count(), QUANTITIES.len());
+        assert!(figure.caption.ends_with("where it is shaded."), "{}", figure.caption);
     }
 
     #[test]

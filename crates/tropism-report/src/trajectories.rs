@@ -324,7 +324,7 @@ pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], goals: &Goals, 
     let outline = samples.iter().map(|sample| (sample.tip.x, sample.tip.y));
     plot.line("under", outline.filter(|_| is_outlined));
     for run in runs(samples) {
-        let class = format!("bold {}", lamp::class(run[0].light));
+        let class = format!("bold {}", lamp::class(run[0].lighting().brightest()));
         plot.line(&class, run.iter().map(|sample| (sample.tip.x, sample.tip.y)));
     }
     if let Some(first) = samples.first() {
@@ -349,10 +349,11 @@ fn thinned<'s>(plot: &Plot, samples: &'s [Sample]) -> Cow<'s, [Sample]> {
     thinning::drawn(&places).into_iter().map(|index| samples[index].clone()).collect()
 }
 
-/// Runs of samples under one light. Each ends with the first sample of the next, so that the line has no gaps.
+/// Runs of samples with the same brightest lamp. Each ends with the first sample of the next, so that the line has no gaps.
 fn runs(samples: &[Sample]) -> impl Iterator<Item = &[Sample]> {
     let mut start = 0;
-    let ends = samples.chunk_by(|a, b| a.light == b.light).map(move |run| {
+    let is_same = |a: &Sample, b: &Sample| a.lighting().brightest() == b.lighting().brightest();
+    let ends = samples.chunk_by(is_same).map(move |run| {
         let range = (start, (start + run.len() + 1).min(samples.len()));
         start += run.len();
         &samples[range.0..range.1]

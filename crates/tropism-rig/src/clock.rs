@@ -5,6 +5,9 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+use tropism::programme::TimeOfDay;
 use tropism::rig::{Boot, Clock, Moment};
 
 /// Longest sleep before the caller is asked whether to continue: chosen, below half a second.
@@ -74,6 +77,7 @@ impl Time for SystemTimes {
 pub struct TentClock<T = SystemTimes> {
     time: T,
     boot: Boot,
+    zone: TimeZone,
 }
 
 impl TentClock {
@@ -93,7 +97,19 @@ impl<T: Time> TentClock<T> {
             start_s: time.boot_s() - since_start.as_secs_f64(),
             is_wall_set: time.is_wall_set(),
         };
-        Self { time, boot }
+        Self { time, boot, zone: TimeZone::UTC }
+    }
+
+    /// The same clock with the local time of `zone`; without it, of UTC.
+    #[must_use]
+    pub fn in_zone(self, zone: TimeZone) -> Self {
+        Self { zone, ..self }
+    }
+
+    /// The name of its time zone; `local` for one without a name.
+    #[must_use]
+    pub fn zone(&self) -> &str {
+        self.zone.iana_name().unwrap_or("local")
     }
 
     fn since_start(&self) -> Duration {
@@ -121,6 +137,33 @@ impl<T: Time> Clock for TentClock<T> {
     fn boot(&self) -> Option<Boot> {
         Some(self.boot.clone())
     }
+
+    fn time_of_day(&self) -> TimeOfDay {
+        time_of_day(self.time.unix_s(), &self.zone)
+    }
+}
+
+/// The time zone of an IANA name such as `Europe/Berlin`, or that of the computer.
+///
+/// # Errors
+/// A line that says what was found and what was wanted.
+pub fn time_zone(name: Option<&str>) -> Result<TimeZone, String> {
+    let Some(name) = name else {
+        return TimeZone::try_system().map_err(|error| {
+            format!(
+                "found no time zone of this computer ({error}), wanted time_zone, such as \"Europe/Berlin\""
+            )
+        });
+    };
+    TimeZone::get(name).map_err(|_| {
+        format!("found time_zone = {name:?}, wanted a name of the IANA time zone database, such as \"Europe/Berlin\"")
+    })
+}
+
+/// The local time of day in `zone` at so many seconds after 1970; midnight of a time beyond the year 9999.
+fn time_of_day(unix_s: f64, zone: &TimeZone) -> TimeOfDay {
+    let time = Timestamp::from_second(unix_s as i64).map(|at| at.to_zoned(zone.clone()).time());
+    time.map_or(TimeOfDay::MIDNIGHT, |time| TimeOfDay::new(time.hour() as u16, time.minute() as u16))
 }
 
 #[cfg(test)]
@@ -188,6 +231,22 @@ mod tests {
             || if time.sleeps.get() > 9 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
         assert!(clock.wait_until(Duration::from_secs(36_000), &mut meanwhile).is_break());
         assert!(time.boot_s.get() <= 10.0 * 0.5);
+    }
+
+    #[test]
+    fn local_time_follows_the_clock_on_the_wall_over_both_changes_of_a_year() {
+        let berlin = time_zone(Some("Europe/Berlin")).unwrap();
+        // Unix seconds of midnight UTC; clocks change at 01:00 UTC.
+        let (spring, autumn) = (1_774_742_400.0, 1_792_886_400.0);
+        let local = |midnight: f64, minutes: f64| time_of_day(midnight + 60.0 * minutes, &berlin).to_string();
+        let at = [0.0, 59.0, 60.0, 120.0];
+        assert_eq!(at.map(|minutes| local(spring, minutes)), ["01:00", "01:59", "03:00", "04:00"]);
+        assert_eq!(at.map(|minutes| local(autumn, minutes)), ["02:00", "02:59", "02:00", "03:00"]);
+        let error = time_zone(Some("Europe/Berln")).unwrap_err();
+        assert!(
+            error.starts_with("found time_zone = \"Europe/Berln\", wanted a name of the IANA"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -83,6 +83,17 @@ pub struct CommandLamp {
     pub timeout_s: Seconds,
 }
 
+impl CommandLamp {
+    /// Whether its program takes a level.
+    pub(crate) fn dims(&self) -> bool {
+        takes_level(&self.on)
+    }
+}
+
+fn takes_level(words: &[String]) -> bool {
+    words.iter().any(|word| word.contains(LEVEL))
+}
+
 /// A flash behind two programs, with time to reach its brightness.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -127,7 +138,7 @@ impl Switch for CommandSwitch {
         if level == 0 {
             return run(&self.device, &self.off, self.timeout).map(drop);
         }
-        if level < FULL && !self.on.iter().any(|word| word.contains(LEVEL)) {
+        if level < FULL && !takes_level(&self.on) {
             return Err(cannot_dim(&self.device, level));
         }
         let words: Vec<String> = self.on.iter().map(|word| word.replace(LEVEL, &level.to_string())).collect();

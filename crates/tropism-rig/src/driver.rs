@@ -218,6 +218,16 @@ impl LampDriver {
         }
     }
 
+    /// Whether it has levels between dark and full power.
+    pub(crate) fn dims(&self) -> bool {
+        match self {
+            Self::Command(lamp) => lamp.dims(),
+            Self::Mqtt(lamp) => lamp.plug.dims,
+            Self::Gpio(_) => false,
+            Self::Wled(_) | Self::Leds(_) | Self::Ws2812(_) => true,
+        }
+    }
+
     /// What it drives, in one spelling, for its lock.
     pub(crate) fn identity(&self, broker: Option<&Broker>) -> String {
         match self {

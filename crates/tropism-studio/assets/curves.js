@@ -1,6 +1,6 @@
 // Curves of a run over the hours, and the cursor that is the same time on them, on the path and for the photograph.
 // @ts-check
-import { $, $$, escaped, html, lampClass, num, put } from "./studio.js";
+import { $, $$, escaped, html, lampClass, lampText, num, put } from "./studio.js";
 import { WAITS, fit, line, plot, ticks } from "./figure.js";
 import { markOnPath } from "./path.js";
 import { answerPointer, onLook, onPoint, run, stepShown } from "./record.js";
@@ -39,8 +39,21 @@ export const series = fit($("#series"), (width) => {
       let to = from + 1;
       while (to < steps.length - 1 && steps[to].lamp === steps[from].lamp) to++;
       const lamp = steps[from].lamp;
-      if (lamp)
+      if (lamp && lamp !== "dark")
         parts += `<rect class="lit ${lampClass(lamp)}" x="${X(steps[from].hours).toFixed(1)}" y="0" width="${(X(steps[to].hours) - X(steps[from].hours)).toFixed(1)}" height="7"/>`;
+      from = to;
+    }
+    return parts;
+  };
+  /** The times at which a programme does not let the controller steer. */
+  const nights = (X, height) => {
+    let parts = "";
+    for (let from = 0; from < steps.length - 1;) {
+      let to = from + 1;
+      while (to < steps.length - 1 && steps[to].isNight === steps[from].isNight) to++;
+      const [left, right] = [X(steps[from].hours), X(steps[to].hours)];
+      if (steps[from].isNight)
+        parts += `<rect class="night" x="${left.toFixed(1)}" y="10" width="${(right - left).toFixed(1)}" height="${height - 10}"/>`;
       from = to;
     }
     return parts;
@@ -72,7 +85,7 @@ export const series = fit($("#series"), (width) => {
       label: `${yl} from hour ${num(from, 1)} to ${num(until, 1)}, at last ${known.length ? num(known.at(-1), 2) : "unknown"}`,
       body: (X, Y) => {
         const heights = aims.map((aim) => `<path class="dotted" d="M${X(from)} ${Y(aim).toFixed(1)}H${X(until)}"/>`);
-        return `${ribbon(X)}${marks(X, isLast ? 102 : 104)}${heights.join("")}<path class="stroke bold" d="${line(hours, values, X, Y)}"/>`;
+        return `${nights(X, isLast ? 102 : 104)}${ribbon(X)}${marks(X, isLast ? 102 : 104)}${heights.join("")}<path class="stroke bold" d="${line(hours, values, X, Y)}"/>`;
       },
     });
   };
@@ -119,7 +132,7 @@ export function cursor() {
   line.style.left = `${BEFORE + ((width - BEFORE - BEHIND) * (one.hours - from)) / (until - from)}px`;
   const tip = one.x === null ? "no plant found" : `x ${num(one.x, 1)}, y ${num(one.y, 1)} cm`;
   const noted = run.events.filter((event) => event.kind === "note" && event.step === one.number).map((event) => `. ${event.text}`);
-  $("#read").textContent = `${num(one.hours, 1)} h: ${tip}${one.lamp ? `, ${one.lamp} lamp` : ""}${noted.join("")}`;
+  $("#read").textContent = `${num(one.hours, 1)} h: ${tip}${one.lamp ? `, ${lampText(one.lamp)}` : ""}${noted.join("")}`;
 }
 /** The place of the step nearest to where the pointer is. @param {PointerEvent | MouseEvent} event */
 function pointedAt(event) {

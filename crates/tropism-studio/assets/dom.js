@@ -170,5 +170,11 @@ export const num = (value, digits = 2) => value.toFixed(digits).replace(/^-(?=.*
 /** @param {number} count @param {string} noun */
 export const plural = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
 
-/** The class of a lamp. @param {string | null} lamp */
-export const lampClass = (lamp) => (lamp === "left" || lamp === "right" ? lamp : "other");
+/** The class of a lamp, or of the one at full power among several. @param {string | null} lighting */
+export const lampClass = (lighting) => {
+  const lamp = lighting?.split("+").find((part) => !part.includes(":"));
+  return lamp === "left" || lamp === "right" ? lamp : "other";
+};
+/** What is lit, in words: `left lamp`, `left+top:64 lamps`, `no lamp`. @param {string} lighting */
+export const lampText = (lighting) =>
+  lighting === "dark" ? "no lamp" : `${lighting} lamp${lighting.includes("+") ? "s" : ""}`;

@@ -26,7 +26,9 @@ export function facts() {
     ? html`<span class="lamp ${lampClass(lamp)}">${capital(lamp)}</span>`
     : html`<span class="lamp">${(run.status.state === "died" || run.status.state === "gone") && !run.status.still_lit ? "Unknown" : capital(unknown)}</span>`;
   const detail = has
-    ? html`<span class="sub">for ${num(hours, 1)} h${lit?.isConfirmed ? ", confirmed" : ", not confirmed yet"}</span>`
+    ? html`<span class="sub"
+        >for ${num(hours, 1)} h${lit?.isConfirmed ? ", confirmed" : ", not confirmed yet"}${status.programme ? `; ${status.programme}` : ""}</span
+      >`
     : "";
   put($("#lamp"), [name, detail]);
   put($("#dock-lamp"), name);

@@ -10,6 +10,7 @@ import {
   html,
   icon,
   lampClass,
+  lampText,
   listen,
   mmss,
   moment,
@@ -159,7 +160,7 @@ function runCard(item) {
       ${chip(item.state)}${item.is_virtual ? virtual() : ""}
     </div>
     <p class="small">
-      ${item.lamp ? html`<span class="lamp ${lampClass(item.lamp)}">${capital(item.lamp)} lamp</span> ` : ""}
+      ${item.lamp ? html`<span class="lamp ${lampClass(item.lamp)}">${capital(lampText(item.lamp))}</span> ` : ""}
       ${item.next ? html`&ensp;next photograph in <b class="num" data-next="${item.next}"></b>` : ""}
     </p>
     <p class="soft small">

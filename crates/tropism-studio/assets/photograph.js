@@ -1,6 +1,6 @@
 // The photograph of a run: the picture with what is drawn over it, the strip of many, and the film.
 // @ts-check
-import { $, $$, get, html, mmss, now, num, put, span, trusted } from "./studio.js";
+import { $, $$, get, html, lampText, mmss, now, num, put, span, trusted } from "./studio.js";
 import { lampPath } from "./figure.js";
 import { nearer, regionOf, ring, stemLine } from "./photo.js";
 import { at, isOn, look, onLook, place, run, stepShown, when } from "./record.js";
@@ -62,7 +62,7 @@ export function photograph() {
   if (one?.photo) {
     const source = photoOf(one, false);
     if (image.getAttribute("src") !== source) image.src = source;
-    const side = one.lamp ? ` The ${one.lamp} lamp is lit next.` : "";
+    const side = one.lamp ? ` Lit next: ${lampText(one.lamp)}.` : "";
     image.alt =
       one.x === null
         ? `Step ${one.number}: no plant found.`
@@ -81,7 +81,7 @@ export function photograph() {
   $("#note-about").textContent = isLatest || !one ? "now" : `step ${one.number}, ${when(one)}`;
   $("#where").textContent = isLatest
     ? "latest photograph"
-    : `step ${one.number}, ${when(one)}${one.lamp ? `, then ${one.lamp} lamp` : ""}`;
+    : `step ${one.number}, ${when(one)}${one.lamp ? `, then ${lampText(one.lamp)}` : ""}`;
   const scrub = $("#scrub");
   scrub.max = String(Math.max(0, run.steps.length - 1));
   scrub.value = String(place());

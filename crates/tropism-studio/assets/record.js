@@ -9,7 +9,7 @@ export const at = asked.get("at") ?? "";
  * A step, from a row that the server sends.
  * @param {any[]} row
  */
-export const step = ([number, hours, x, y, length, lamp, confirmed, isCarried, status, confidence, unix, photo, px, py, v]) => ({
+export const step = ([number, hours, x, y, length, lamp, confirmed, isCarried, status, confidence, unix, photo, px, py, v, steered]) => ({
   number,
   hours,
   x,
@@ -25,6 +25,7 @@ export const step = ([number, hours, x, y, length, lamp, confirmed, isCarried, s
   px,
   py,
   v,
+  isNight: steered === 0,
 });
 
 export const run = {

@@ -172,7 +172,7 @@ impl RunReader {
         let same = self.tail.read(folder)?;
         let Tail { steps, events } = &self.tail;
         let status = status::of_run(folder, config, steps, events, holder(folder).ok()?);
-        let calibration = config.calibration();
+        let (layout, calibration) = (config.rig.layout().ok()?, config.calibration());
         let settled = match steps.last() {
             Some(last) if last.decided.is_none() || !last.is_confirmed => steps.len() - 1,
             _ => steps.len(),
@@ -181,7 +181,7 @@ impl RunReader {
         let known = |before: &[Arc<str>], count: usize| before[..count.min(before.len())].to_vec();
         let mut rows = before.map(|before| known(&before.rows, same)).unwrap_or_default();
         rows.extend(
-            steps[rows.len()..].iter().map(|step| row(step, calibration.as_ref()).to_string().into()),
+            steps[rows.len()..].iter().map(|step| row(step, &layout, calibration.as_ref()).to_string().into()),
         );
         let same_events = if same > 0 { events_before } else { 0 };
         let mut printed = before.map(|before| known(&before.events, same_events)).unwrap_or_default();

@@ -59,6 +59,7 @@ mod cma_es;
 
 pub mod lamps;
 pub mod lighting;
+pub mod programme;
 pub mod geometry;
 pub mod obstacle;
 pub mod photo;

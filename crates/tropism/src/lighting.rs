@@ -101,6 +101,12 @@ impl Lighting {
             .fold(Self::DARK, |lighting, (light, level)| lighting.with(light, level))
     }
 
+    /// Each lamp at the level that `level` makes of its levels in both.
+    #[must_use]
+    pub fn zip(self, other: Self, level: impl Fn(u8, u8) -> u8) -> Self {
+        Self(std::array::from_fn(|index| level(self.0[index], other.0[index])))
+    }
+
     /// Powers of the lamps as shares of full power, 0 to 1.
     #[must_use]
     pub fn powers(self) -> [f64; MAX_LAMPS] {

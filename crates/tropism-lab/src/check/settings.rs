@@ -1,8 +1,10 @@
 //! Settings of a rig file that are missing, unsafe or too slow; its broker and its alerts.
 
 use std::path::Path;
+use std::time::Duration;
 
-use tropism::rig::Durability;
+use tropism::programme::Acting;
+use tropism::rig::{Clock, Durability};
 use tropism_rig::alert::{AlertEvent, Kind};
 use tropism_rig::driver::{AlertDriver, CameraDriver, FlashDriver, LampDriver};
 use tropism_rig::file::{LampsTable, RigFile};
@@ -47,6 +49,7 @@ pub(super) fn examine(rig: &RigFile, findings: &mut Findings) {
         );
     }
     examine_times(rig, findings);
+    examine_programme(rig, findings);
     for (name, lamp) in lamps(rig) {
         examine_lamp(&name, lamp, findings);
     }
@@ -175,6 +178,27 @@ fn examine_times(rig: &RigFile, findings: &mut Findings) {
             format!("flash.max_on_s of {} or more, or a shorter camera.timeout_s", settle_s + try_s),
         );
     }
+}
+
+/// Says what the programme wants now: whether its clock and time zone are right is for the user to see.
+fn examine_programme(rig: &RigFile, findings: &mut Findings) {
+    let (Ok(Some(programme)), Ok(clock), Ok(layout)) =
+        (rig.programme(), rig.clock(Duration::ZERO), rig.layout())
+    else {
+        return;
+    };
+    let now = clock.time_of_day();
+    let Acting { part, is_steered, base } = programme.at(now);
+    let part = if part == 0 { "night".to_owned() } else { format!("part {part}") };
+    let steered = if is_steered { "steered" } else { "not steered" };
+    findings.pass(
+        Group::Settings,
+        format!(
+            "programme: {now} here ({}), {part}: {steered}, base light {}",
+            clock.zone(),
+            base.word(&layout)
+        ),
+    );
 }
 
 fn examine_lamp(name: &str, lamp: &LampDriver, findings: &mut Findings) {

@@ -8,11 +8,11 @@ use tropism::text::csv_cell;
 use tropism::track::{Column, Sample, Track};
 use tropism_rig::secret::shown;
 
-use crate::folder::tip_px;
+use crate::folder::{programme_columns, tip_px};
 use crate::journal::{StepRecord, lights_that_acted};
 
 /// Columns of `track.csv`.
-pub(super) const TRACK_COLUMNS: [(&str, &str); 18] = [
+pub(super) const TRACK_COLUMNS: [(&str, &str); 21] = [
     ("step", "from 0"),
     ("time_s", "seconds since the start"),
     ("tip_x_cm", "tip, to the right of the root"),
@@ -26,6 +26,9 @@ pub(super) const TRACK_COLUMNS: [(&str, &str); 18] = [
     ("confidence", "0 to 1"),
     ("decided", "name of the lamp that was decided; dark if none was"),
     ("done", "1 if the lamp confirmed, 0 if it is not known"),
+    ("part", "with a programme: number of the part that acted, 0 outside of all"),
+    ("steered", "with a programme: 1 if what was decided was lit, 0 if not"),
+    ("base", "with a programme: the base light, lamps and levels"),
     (
         "moved_x_px",
         "how far the camera's picture has moved to the right since the first one; empty where it is not known",
@@ -87,7 +90,7 @@ fn track(steps: &[StepRecord], layout: &Layout) -> Track {
     let moved = |step: &StepRecord, axis: usize| {
         step.seen.camera_shift.map_or_else(String::new, |by| format!("{:.2}", [by.x, by.y][axis]))
     };
-    let columns = vec![
+    let mut columns = vec![
         column("frame", &|step| step.photo.clone()),
         column("tip_x_px", &|step| tip_px(step)[0].clone()),
         column("tip_y_px", &|step| tip_px(step)[1].clone()),
@@ -101,5 +104,6 @@ fn track(steps: &[StepRecord], layout: &Layout) -> Track {
         column("photo_bytes", &|step| step.photo_bytes.to_string()),
         column("photo_sha256", &|step| step.photo_sha256.clone()),
     ];
+    columns.extend(programme_columns(steps.iter().map(|(step, _)| *step), layout));
     Track { layout: layout.clone(), columns, ..Track::of(samples.collect()) }
 }

@@ -25,6 +25,7 @@ use std::time::Duration;
 use rusqlite::types::Value;
 use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params_from_iter};
 use tropism::lighting::Lighting;
+use tropism::programme::Acting;
 use tropism::rig::{Boot, Durability, Event, Moment};
 use tropism::text::plural;
 
@@ -36,10 +37,10 @@ use step::columns;
 pub use downtime::Downtime;
 pub use error::JournalError;
 pub(crate) use step::lights_that_acted;
-pub use step::{SideRecord, StepRecord};
+pub use step::{ProgrammeRecord, SideRecord, StepRecord};
 
 /// Number of the schema, kept as SQLite's `user_version`. Journals of other schemas are refused.
-const SCHEMA: i64 = 7;
+const SCHEMA: i64 = 8;
 
 const TABLES: &str = "
     CREATE TABLE steps (
@@ -48,7 +49,8 @@ const TABLES: &str = "
         tip_x_cm REAL, tip_y_cm REAL, tip_x_px REAL, tip_y_px REAL,
         quality TEXT, class TEXT NOT NULL, confidence REAL NOT NULL,
         decided TEXT, done INTEGER NOT NULL DEFAULT 0,
-        begun_s REAL, unix_s REAL, lit TEXT, moved_x_px REAL, moved_y_px REAL, stem TEXT, side TEXT);
+        begun_s REAL, unix_s REAL, lit TEXT, moved_x_px REAL, moved_y_px REAL, stem TEXT, side TEXT,
+        part INTEGER, steered INTEGER, base TEXT, commanded TEXT);
     CREATE TABLE event (
         id INTEGER PRIMARY KEY, step INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
         since_start_s REAL, unix_s REAL);
@@ -69,7 +71,7 @@ const CONTENTS: [&str; 4] = [
 const PAGE_BYTES: u32 = 1024;
 
 /// The statement that writes an entry of each kind into its table.
-const STATEMENTS: [(&str, &str); 6] = [
+const STATEMENTS: [(&str, &str); 7] = [
     ("settings", "INSERT INTO settings (text) VALUES (?)"),
     ("boot", "INSERT INTO boot (boot, start_s, wall_set) VALUES (?, ?, ?)"),
     (
@@ -81,6 +83,7 @@ const STATEMENTS: [(&str, &str); 6] = [
         ),
     ),
     ("decided", "UPDATE steps SET decided = ? WHERE step = ?"),
+    ("programme", "UPDATE steps SET part = ?, steered = ?, base = ?, commanded = ? WHERE step = ?"),
     ("done", "UPDATE steps SET done = 1 WHERE step = ?"),
     ("event", "INSERT INTO event (step, kind, text, since_start_s, unix_s) VALUES (?, ?, ?, ?, ?)"),
 ];
@@ -307,6 +310,18 @@ impl Journal {
         self.write("decided", &[lighting.to_string().into(), step.into()])
     }
 
+    /// Records what the programme of the rig made of a step, before the lamps are switched. Of a missed step there is no row:
+    /// then it stands among the entries alone.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn record_programme(&self, step: u32, record: &ProgrammeRecord) -> Result<(), JournalError> {
+        let Acting { part, is_steered, base } = record.acting;
+        let lightings = [base, record.commanded].map(|lighting| Value::from(lighting.to_string()));
+        let [base, commanded] = lightings;
+        self.write("programme", &[part.into(), is_steered.into(), base, commanded, step.into()])
+    }
+
     /// Records that the lamps confirmed the decision of a step.
     ///
     /// # Errors
@@ -334,7 +349,7 @@ impl Journal {
         let query = concat!(
             "SELECT ",
             columns!(),
-            ", decided, done FROM steps WHERE step >= ? AND step < ? ORDER BY step"
+            ", decided, done, part, steered, base, commanded FROM steps WHERE step >= ? AND step < ? ORDER BY step"
         );
         let mut statement = self.db.prepare(query)?;
         let mut found = statement.query([numbers.start, numbers.end])?;

@@ -6,6 +6,7 @@ use tropism::geometry::{Pixel, Point, Polyline};
 use tropism::lamps::{self, Light};
 use tropism::lighting::Lighting;
 use tropism::observation::{Observation, Quality};
+use tropism::programme::Acting;
 use tropism::rig::Moment;
 use tropism::vision::{FrameStatus, TrackedFrame};
 
@@ -23,6 +24,16 @@ pub struct SideRecord {
     pub seen: TrackedFrame,
     /// Tip and stem in space, from both cameras.
     pub observation: Observation,
+}
+
+/// What the programme of a rig made of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ProgrammeRecord {
+    /// What acted.
+    pub acting: Acting,
+    /// The lighting that the lamps were commanded: the decision and the base light as they [act](Acting::lighting), or dark
+    /// where the cap of light or a fault wanted it.
+    pub commanded: Lighting,
 }
 
 /// A step as it was recorded.
@@ -45,7 +56,9 @@ pub struct StepRecord {
     /// The lighting that was decided; `None` before the decision, at the last step, and where the plant was not detected for
     /// so long that nothing was decided.
     pub decided: Option<Lighting>,
-    /// Whether the lamps confirmed the decision.
+    /// What the programme of the rig made of it; `None` without one, and before the decision.
+    pub programme: Option<ProgrammeRecord>,
+    /// Whether the lamps confirmed what they were commanded.
     pub is_confirmed: bool,
     /// When the step began; `None` in the virtual tent.
     pub begun: Option<Moment>,
@@ -63,7 +76,7 @@ macro_rules! columns {
 }
 pub(super) use columns;
 
-/// The lighting that acted from each step to the next: the decided one, or darkness where the lamps never confirmed it or the
+/// The lighting that acted from each step to the next: the commanded one, or darkness where the lamps never confirmed it or the
 /// photograph of the next step shows another light.
 pub(crate) fn lights_that_acted(steps: &[StepRecord]) -> Vec<Lighting> {
     let is_contradicted = |index: usize, lighting: Lighting| {
@@ -71,7 +84,8 @@ pub(crate) fn lights_that_acted(steps: &[StepRecord]) -> Vec<Lighting> {
         next.and_then(|next| next.lit).is_some_and(|lit| Lighting::from(lit) != lighting)
     };
     let acted = |(index, step): (usize, &StepRecord)| {
-        let acted = step.decided.filter(|&decided| step.is_confirmed && !is_contradicted(index, decided));
+        let acted =
+            step.commanded().filter(|&lighting| step.is_confirmed && !is_contradicted(index, lighting));
         acted.unwrap_or(Lighting::DARK)
     };
     steps.iter().enumerate().map(acted).collect()
@@ -82,6 +96,12 @@ impl StepRecord {
     #[must_use]
     pub fn observation(&self) -> Option<&Observation> {
         self.side.as_deref().map(|side| &side.observation).or(self.seen.observation.as_ref())
+    }
+
+    /// The lighting that the lamps were commanded: what was decided, or what a programme made of it.
+    #[must_use]
+    pub fn commanded(&self) -> Option<Lighting> {
+        self.programme.map(|programme| programme.commanded).or(self.decided)
     }
 
     /// Values of the `columns!` that a photograph and its detection fill.
@@ -111,7 +131,7 @@ impl StepRecord {
         ]
     }
 
-    /// Reads a row of the `columns!`, `decided` and `done`.
+    /// Reads a row of the `columns!`, `decided`, `done` and what a programme fills.
     pub(super) fn read(row: &rusqlite::Row<'_>) -> Result<Self, JournalError> {
         let (step, photo): (u32, String) = (row.get(0)?, row.get(2)?);
         if !is_plain_name(&photo) {
@@ -126,7 +146,8 @@ impl StepRecord {
             photo_sha256: row.get(4)?,
             seen: read_seen(step, row)?,
             side: row.get::<_, Option<String>>(18)?.map(|text| parse_side(step, text)).transpose()?,
-            decided: read_lighting(step, row.get(19)?)?,
+            decided: read_lighting(step, "decided", row.get(19)?)?,
+            programme: read_programme(step, row)?,
             is_confirmed: row.get(20)?,
             begun: moment(row.get(12)?, row.get(13)?),
             lit: read_light(step, "lit", row.get(14)?)?,
@@ -181,13 +202,22 @@ fn read_light(
     lamps::parse(&word).map(Some).map_err(error)
 }
 
-/// The decided lighting, with the standard names of its lamps.
-fn read_lighting(step: u32, word: Option<String>) -> Result<Option<Lighting>, JournalError> {
-    let wanted = "left, right, dark, or levels such as left:128+right";
-    let parsed = |word: String| {
-        word.parse().map_err(|_| JournalError::Value { step, column: "decided", found: word, wanted })
-    };
-    word.map(parsed).transpose()
+/// A lighting, with the standard names of its lamps; `None` for a column without a value.
+fn read_lighting(
+    step: u32,
+    column: &'static str,
+    word: Option<String>,
+) -> Result<Option<Lighting>, JournalError> {
+    word.map(|word| parse(step, column, word, "left, right, dark, or levels such as left:128+right"))
+        .transpose()
+}
+
+fn read_programme(step: u32, row: &rusqlite::Row<'_>) -> Result<Option<ProgrammeRecord>, JournalError> {
+    let Some(part) = row.get(21)? else { return Ok(None) };
+    let base = read_lighting(step, "base", row.get(23)?)?.unwrap_or_default();
+    let acting = Acting { part, is_steered: row.get(22)?, base };
+    let commanded = read_lighting(step, "commanded", row.get(24)?)?.unwrap_or_default();
+    Ok(Some(ProgrammeRecord { acting, commanded }))
 }
 
 /// The points of a stem as JSON, `[[x, y], ...]` in cm; exact to the bit.

@@ -90,7 +90,7 @@ impl Streaks {
             carried_forward: last(&|_, step| !step.seen.is_measured()) + missed as u32,
             lamp: 0,
             mismatch: last(&|index, step| {
-                let before = steps[..index].iter().rev().find_map(|step| step.decided);
+                let before = steps[..index].iter().rev().find_map(StepRecord::commanded);
                 before.is_some() && step.lit.is_some_and(|lit| before != Some(Lighting::from(lit)))
             }),
             frozen: last(&is_frozen),

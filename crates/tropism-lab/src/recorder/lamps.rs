@@ -1,15 +1,17 @@
-//! Decisions and the lamps: what is commanded, commanded again until it is confirmed, and lit while nothing is decided.
+//! Decisions and the lamps: what becomes of a decision by the programme and the cap of light, commanded again until it is
+//! confirmed, and lit while nothing is decided.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use tropism::environment::Environment;
 use tropism::lighting::Lighting;
+use tropism::programme::Acting;
 use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, OnFault, RigError};
 use tropism::text::plural;
 
 use super::{RecordError, Recorder};
-use crate::journal::StepRecord;
+use crate::journal::{ProgrammeRecord, StepRecord};
 
 /// How often the lamps are switched at a step before the failure is reported; chosen by hand.
 const TRIES: usize = 3;
@@ -17,12 +19,14 @@ const TRIES: usize = 3;
 /// How long after a failure the lamps are switched again, if the next step is not due before; chosen by hand.
 pub(super) const RETRY_AFTER: Duration = Duration::from_secs(30);
 
-/// A decision that the lamps are to obey.
+/// A lighting that the lamps are to obey.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Command {
-    /// The step of the decision.
+    /// The step from which it acts.
     pub(super) step: u32,
-    /// The lighting that was decided.
+    /// The lighting that was decided last.
+    pub(super) decided: Lighting,
+    /// What the programme makes of it: the lighting of the lamps.
     pub(super) lighting: Lighting,
 }
 
@@ -35,15 +39,22 @@ pub(super) struct LightHours {
 }
 
 impl LightHours {
-    /// Those of a run that is resumed: where the journal has a decision, a lamp may have been lit.
+    /// Those of a run that is resumed: where the journal has a command, a lamp may have been lit.
     pub(super) fn of(steps: &[StepRecord]) -> Self {
-        let is_lit = |step: &&StepRecord| step.decided.is_some_and(|decided| decided != Lighting::DARK);
+        let is_lit = |step: &&StepRecord| step.commanded().is_some_and(|lighting| lighting != Lighting::DARK);
         let lit = steps.iter().filter(is_lit).map(|step| step.step);
         Self { steps: lit.collect(), is_spent: false }
     }
 
     pub(super) fn add(&mut self, step: u32) {
-        self.steps.push_back(step);
+        if !self.has(step) {
+            self.steps.push_back(step);
+        }
+    }
+
+    /// Whether it is the latest of them: a step whose decision is repeated after an interruption counts once.
+    fn has(&self, step: u32) -> bool {
+        self.steps.back() == Some(&step)
     }
 
     /// Hours of light in the 24 hours that end with a lamp lit from `step` to the next one.
@@ -52,12 +63,13 @@ impl LightHours {
         while self.steps.front().is_some_and(is_past) {
             self.steps.pop_front();
         }
-        (self.steps.len() + 1) as f64 * period_min / 60.0
+        (self.steps.len() + usize::from(!self.has(step))) as f64 * period_min / 60.0
     }
 }
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
-    /// How the lamps shone when the run was interrupted, by the journal.
+    /// How the lamps shone when the run was interrupted, by the journal; of a real tent with what the programme has become
+    /// since, but dark if they were dark.
     pub(super) fn interrupted_lighting(&self) -> Lighting {
         let steps = self.replay.steps();
         let measured = steps.iter().rfind(|step| step.seen.is_measured()).map(|step| step.step);
@@ -65,21 +77,51 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
             && steps
                 .last()
                 .is_some_and(|last| last.decided.is_none() && self.is_carried_too_long(measured, last.step));
-        let latest = steps.iter().rev().find_map(|step| step.decided);
-        latest.filter(|_| !is_dark).unwrap_or(Lighting::DARK)
+        let latest = steps.iter().rev().find_map(StepRecord::commanded);
+        let shone = latest.filter(|_| !is_dark).unwrap_or(Lighting::DARK);
+        let decided = steps.iter().rev().find_map(|step| step.decided);
+        match self.acting().zip(decided) {
+            Some((acting, decided)) if shone != Lighting::DARK && self.rig.clock().now().is_some() => {
+                acting.lighting(decided)
+            }
+            _ => shone,
+        }
+    }
+
+    /// What acts now of the programme, if there is one.
+    fn acting(&self) -> Option<Acting> {
+        Some(self.supervision.programme.as_ref()?.at(self.rig.clock().time_of_day()))
+    }
+
+    fn record_programme(
+        &mut self,
+        step: u32,
+        acting: Option<Acting>,
+        commanded: Lighting,
+    ) -> Result<(), RecordError> {
+        let Some(acting) = acting else { return Ok(()) };
+        self.write(|journal| journal.record_programme(step, &ProgrammeRecord { acting, commanded }))
     }
 
     /// Records the decision, then acts on it.
-    pub(super) fn decide(&mut self, lighting: Lighting) -> Result<(), RecordError> {
+    pub(super) fn decide(&mut self, decided: Lighting) -> Result<(), RecordError> {
         let step = self.step;
-        self.write(|journal| journal.record_decision(step, lighting))?;
-        if self.is_light_spent()? {
-            return Ok(());
+        self.write(|journal| journal.record_decision(step, decided))?;
+        self.command_lamps(step, decided)
+    }
+
+    /// Commands what programme and cap make of `decided` from `step` on.
+    fn command_lamps(&mut self, step: u32, decided: Lighting) -> Result<(), RecordError> {
+        let acting = self.acting();
+        let lighting = acting.map_or(decided, |acting| acting.lighting(decided));
+        if lighting != Lighting::DARK && self.is_light_spent(step)? {
+            return self.record_programme(step, acting, Lighting::DARK);
         }
+        self.record_programme(step, acting, lighting)?;
         if lighting != Lighting::DARK {
             self.light_hours.add(step);
         }
-        (self.command, self.is_confirmed) = (Some(Command { step, lighting }), false);
+        (self.command, self.is_confirmed) = (Some(Command { step, decided, lighting }), false);
         let mut failure = None;
         for _ in 0..TRIES {
             failure = self.act()?;
@@ -101,9 +143,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     }
 
     /// Whether the lamps had all the light of 24 hours; then they are dark, and the decision is not confirmed.
-    fn is_light_spent(&mut self) -> Result<bool, RecordError> {
+    fn is_light_spent(&mut self, step: u32) -> Result<bool, RecordError> {
         let Some(most_h) = self.supervision.max_light_h else { return Ok(false) };
-        let is_spent = self.light_hours.within_a_day(self.step, self.rig.period_min()) > most_h;
+        let is_spent = self.light_hours.within_a_day(step, self.rig.period_min()) > most_h;
         if is_spent {
             self.command = None;
             let dark = self.rig.light(None);
@@ -125,7 +167,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
 
     /// Sets the lamps as commanded and records their confirmation. Returns the failure of the lamps, if they failed.
     pub(super) fn act(&mut self) -> Result<Option<RigError>, RecordError> {
-        let Some(Command { step, lighting }) = self.command else { return Ok(None) };
+        let Some(Command { step, lighting, .. }) = self.command else { return Ok(None) };
         if let Err(error) = self.rig.shine(lighting) {
             return Ok(Some(error));
         }
@@ -138,9 +180,22 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         Ok(None)
     }
 
-    /// Sets the lamps as they are to be while nothing is decided.
+    /// Sets the lamps as they are to be at this step, at which nothing is decided: dark, or as the last decision wants them
+    /// and the programme has it now.
     pub(super) fn rest(&mut self) -> Result<(), RecordError> {
-        if self.supervision.policy.on_fault == OnFault::Hold || self.command.take().is_none() {
+        let step = self.rig.next_step() - 1;
+        if self.supervision.policy.on_fault == OnFault::Hold {
+            match self.command {
+                Some(Command { decided, .. }) if self.supervision.programme.is_some() => {
+                    self.command_lamps(step, decided)?;
+                }
+                Some(Command { lighting, .. }) if lighting != Lighting::DARK => self.light_hours.add(step),
+                _ => {}
+            }
+            return Ok(());
+        }
+        self.record_programme(step, self.acting(), Lighting::DARK)?;
+        if self.command.take().is_none() {
             return Ok(());
         }
         let text = match self.rig.light(None) {

@@ -17,6 +17,7 @@ use tropism::environment::Environment;
 use tropism::lamps::{Layout, Light};
 use tropism::lighting::Lighting;
 use tropism::observation::{Observation, Quality};
+use tropism::programme::Programme;
 use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError, Shot, SideView};
 use tropism::rig::{Event, EventKind, FaultPolicy, LampsInView, NoMonitor, RunMonitor};
 use tropism::text::plural;
@@ -39,6 +40,8 @@ pub struct Supervision<'a> {
     pub policy: FaultPolicy,
     /// Where photographs show the lamps; `None` if they are not compared with what is commanded.
     pub lamps_in_view: Option<LampsInView>,
+    /// When the controller steers in the course of a day, and a base light; `None` for day and night.
+    pub programme: Option<Programme>,
     /// Hours of light at most in any 24 hours; `None` for no limit.
     pub max_light_h: Option<f64>,
     /// Who hears of events, and may ask for an end.
@@ -51,6 +54,7 @@ impl Default for Supervision<'_> {
         Self {
             policy: FaultPolicy::unlimited(),
             lamps_in_view: None,
+            programme: None,
             max_light_h: None,
             monitor: Box::new(NoMonitor),
         }
@@ -300,6 +304,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
                 })
             }),
             decided: None,
+            programme: None,
             is_confirmed: false,
             begun,
             lit,
@@ -344,9 +349,6 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorder<'_, C, L,
                 ),
             )?;
             self.rest()?;
-            if self.command.is_some_and(|command| command.lighting != Lighting::DARK) {
-                self.light_hours.add(step);
-            }
         }
     }
 

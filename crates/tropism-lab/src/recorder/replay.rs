@@ -95,7 +95,8 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     /// # Errors
     /// [`RecordError::Diverged`] if `lighting`, which the controller decides now, is not the recorded decision.
     pub(super) fn replay_decided(&mut self, lighting: Lighting) -> Result<bool, RecordError> {
-        let Some((index, &StepRecord { step, decided, .. })) = self.replay.latest() else { return Ok(false) };
+        let Some((index, record)) = self.replay.latest() else { return Ok(false) };
+        let (step, decided, commanded) = (record.step, record.decided, record.commanded());
         if let Some(found) = decided.filter(|&found| found != lighting) {
             return Err(RecordError::Diverged { step, found, wanted: lighting });
         }
@@ -105,14 +106,15 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
             self.rig.restore(step, &shot);
             return Ok(false);
         };
-        self.command = Some(Command { step, lighting });
-        self.rig.replay(step, &shot, lighting, next);
+        let command = Command { step, decided: lighting, lighting: commanded.unwrap_or(lighting) };
+        self.command = Some(command);
+        self.rig.replay(step, &shot, command.lighting, next);
         Ok(true)
     }
 
     /// Replays the latest step, at which nothing was decided.
     pub(super) fn replay_undecided(&mut self) -> Result<(), RecordError> {
-        let Some((index, &StepRecord { step, .. })) = self.replay.latest() else { return Ok(()) };
+        let Some((index, &StepRecord { step, programme, .. })) = self.replay.latest() else { return Ok(()) };
         let shot = self.recorded_shot(index)?;
         let Some(next) = self.replay.next().map(|next| next.step) else {
             self.rig.restore(step, &shot);
@@ -120,6 +122,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         };
         if self.supervision.policy.on_fault == OnFault::Dark {
             self.command = None;
+        }
+        if let Some((command, programme)) = self.command.as_mut().zip(programme) {
+            command.lighting = programme.commanded;
         }
         let lighting = self.command.map_or(Lighting::DARK, |command| command.lighting);
         self.rig.replay(step, &shot, lighting, next);

@@ -221,7 +221,7 @@ impl Sources {
         }
         if let ([], [run]) = (&*self.open_loop, &*self.steered)
             && let notes = run.notes()?
-            && !notes.is_empty()
+            && (!notes.is_empty() || run.track.numbers("steered").is_some())
         {
             all.add_over_time(std::slice::from_ref(&run.track), &notes, plants);
         }

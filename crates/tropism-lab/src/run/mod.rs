@@ -132,6 +132,7 @@ impl RunPlan {
         let supervision = Supervision {
             policy: rig.fault_policy(),
             lamps_in_view: rig.lamps_in_view.clone(),
+            programme: rig.programme().map_err(Error::at("rig"))?,
             max_light_h: rig.lamps.as_ref().and_then(|lamps| lamps.max_light_h),
             monitor: Box::new(monitors),
         };
@@ -158,13 +159,27 @@ impl RunPlan {
         let (rig, out) = (&self.config.rig, &*self.out);
         let mut is_over = true;
         let layout = recorder.layout().clone();
+        let programme = rig.programme().map_err(Error::at("rig"))?;
+        let clock: Box<dyn Clock> = match tent {
+            Some(tent) => Box::new(tent.clone()),
+            None => Box::new(rig.clock(Duration::ZERO).map_err(Error::at("rig"))?),
+        };
+        // What the programme makes of a decision.
+        let acting = |sample: &Sample| {
+            let mut sample = sample.clone();
+            if let Some(programme) = programme.as_ref().filter(|_| !sample.is_dark()) {
+                sample.set_lighting(programme.at(clock.time_of_day()).lighting(sample.lighting()));
+            }
+            sample
+        };
         let mut watch = |sample: &Sample| {
             if let Some(pace) = &mut pace {
                 pace.wait_for(sample.step);
             }
             monitor.advance(1);
-            alerts.step(sample, &layout, rig.period_min, out);
-            monitor.sample(sample);
+            let acting = acting(sample);
+            alerts.step(&acting, &layout, rig.period_min, out);
+            monitor.sample(&acting);
             let may_go_on = monitor.may_go_on();
             is_over &= may_go_on || sample.is_dark();
             if may_go_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }

@@ -84,7 +84,7 @@ impl Source {
         let step = |step: &StepRecord| FilmStep {
             time_s: step.time_s,
             tip: step.seen.observation.as_ref().map(|seen| seen.tip),
-            light: step.decided.and_then(Lighting::brightest),
+            light: step.commanded().and_then(Lighting::brightest),
         };
         film.steps = steps.iter().map(step).collect();
         Ok(Self { photographs, film, crop: None, width })

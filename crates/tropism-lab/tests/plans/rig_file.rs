@@ -157,6 +157,58 @@ fn the_rigs_that_come_with_the_program_are_right() {
     );
 }
 
+#[test]
+fn a_programme_is_written_as_it_is_read_and_one_that_cannot_be_is_refused() {
+    let part = |keys: &str| format!("[[programme]]\nfrom = \"06:00\"\nto = \"22:00\"\n{keys}\n");
+    let any = "[lamps]\nallowed = { any = { most_lit = 2, budget = 1.5 } }\n";
+    let level = LAMPS.replacen("[\"l\"]", "[\"l\", \"{level}\"]", 1);
+    let rig = format!(
+        "time_zone = \"Europe/Berlin\"\n{}{CAMERA}{any}{level}",
+        part("base = \"left:9\"\nramp_min = 30")
+    );
+    let rig = parse(&rig).unwrap();
+    rig.check().unwrap();
+    let text = toml::to_string(&rig).unwrap();
+    assert_eq!(toml::from_str::<RigFile>(&text).unwrap(), rig, "{text}");
+
+    let problem = |text: &str| parse(text).unwrap().check().unwrap_err().to_string();
+    let utc = "time_zone = \"UTC\"\n";
+    for (text, wanted) in [
+        (
+            format!("{utc}{}{CAMERA}{LAMPS}", part("base = \"left\"")),
+            "with the steered lamp right: found 2 lit lamps",
+        ),
+        (
+            format!("{utc}{}{CAMERA}{any}{LAMPS}", part("base = \"top:3\"")),
+            "found light \"top\", wanted left, right",
+        ),
+        (
+            format!("{utc}{}{CAMERA}{any}{LAMPS}", part("base = \"right:3\"")),
+            "programme: found a base light of right with levels, wanted a driver that dims",
+        ),
+        (
+            format!(
+                "{utc}{}{CAMERA}{any}{}",
+                part("base = \"left:200\""),
+                level.replace("[\"r\"]", "[\"{level}\"]")
+            ),
+            "with the steered lamp right: found a power of 1.78 full lamps, wanted at most 1.5",
+        ),
+        (format!("time_zone = \"Berlin\"\n{}{CAMERA}{LAMPS}", part("")), "found time_zone = \"Berlin\""),
+    ] {
+        let found = problem(&text);
+        assert!(found.contains(wanted), "{found}");
+    }
+    let (line, problem) = error(&format!("{}{CAMERA}{LAMPS}", part("").replace("22:00", "25:00")));
+    assert!(
+        line == "to = \"25:00\"" && problem.contains("wanted \"00:00\" to \"24:00\""),
+        "{line}: {problem}"
+    );
+    let tent = format!("{utc}[greenhouse]\n[[programme]]\nfrom = \"06:00\"\nto = \"22:00\"\n");
+    let problem = toml::from_str::<RigFile>(&tent).unwrap().check().unwrap_err().to_string();
+    assert!(problem.contains("wanted greenhouse.begins"), "{problem}");
+}
+
 /// The tent is virtual only so that there are photographs of a plant.
 #[test]
 fn a_recorded_run_is_seen_again_through_a_rig_of_drivers() {

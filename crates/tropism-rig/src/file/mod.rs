@@ -4,9 +4,11 @@ mod lamps;
 
 use std::time::Duration;
 
+use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};
 use tropism::lamps::{Layout, Light};
-use tropism::lighting::Lighting;
+use tropism::lighting::{Allowed, Lighting};
+use tropism::programme::{Part, Programme};
 use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, Rig, RigError, SideView};
 use tropism::rig::{Durability, FaultPolicy, LampsInView};
 use tropism::track::PAPER_PERIOD_MIN;
@@ -16,7 +18,7 @@ use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_bean::tent::{Greenhouse, TentHandle};
 
 use crate::alert::Alerts;
-use crate::clock::TentClock;
+use crate::clock::{TentClock, time_zone};
 use crate::device::{self, DeviceLock};
 use crate::driver::{AlertDriver, CameraDriver, FlashDriver};
 use crate::mqtt::Broker;
@@ -39,9 +41,17 @@ pub struct RigFile {
     /// Minutes between photographs. Paper: 5.
     #[serde(default = "five")]
     pub period_min: f64,
+    /// Time zone of the programme, such as `"Europe/Berlin"`. That of the computer if it is left out; the virtual tent has a
+    /// time of its own, `greenhouse.begins`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_zone: Option<String>,
     /// Which faults a run tolerates before it pauses. If it is left out, a virtual tent tolerates all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fault_policy: Option<FaultPolicy>,
+    /// When the controller steers in the course of a day, and a base light; outside of all parts it is night, and all lamps
+    /// are dark. If it is left out, the controller steers day and night.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub programme: Vec<Part>,
     /// Regions of the photograph that show the lamps. If it is left out, the lit lamp is not checked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lamps_in_view: Option<LampsInView>,
@@ -173,6 +183,8 @@ impl RigFile {
             durability: None,
             period_min: PAPER_PERIOD_MIN,
             fault_policy: None,
+            programme: Vec::new(),
+            time_zone: None,
             lamps_in_view: None,
             greenhouse: Some(greenhouse),
             camera: None,
@@ -213,6 +225,36 @@ impl RigFile {
     pub fn layout(&self) -> Result<Layout, RigFileError> {
         let of_tent = || self.greenhouse.as_ref().map_or_else(Layout::default, |tent| tent.layout.clone());
         self.lamps.as_ref().map_or_else(|| Ok(of_tent()), LampsTable::layout).map_err(RigFileError)
+    }
+
+    /// Its programme; `None` where the controller steers day and night.
+    ///
+    /// # Errors
+    /// [`RigFileError`] names the part, what was found and what was wanted.
+    pub fn programme(&self) -> Result<Option<Programme>, RigFileError> {
+        if self.programme.is_empty() {
+            return Ok(None);
+        }
+        let of_lamps = self.lamps.as_ref().map(|lamps| lamps.allowed);
+        let allowed = of_lamps.or(self.greenhouse.as_ref().map(|tent| tent.allowed)).unwrap_or(Allowed::One);
+        let programme = Programme::new(&self.programme, &self.layout()?, allowed);
+        programme.map(Some).map_err(|problem| RigFileError(problem.to_string()))
+    }
+
+    /// The clock of a real tent, in which an experiment began `since_start` ago, with the local time of the programme.
+    ///
+    /// # Errors
+    /// [`RigFileError`] if there is a programme or a time zone, and no such zone.
+    pub fn clock(&self, since_start: Duration) -> Result<TentClock, RigFileError> {
+        Ok(TentClock::new(since_start).in_zone(self.zone().map_err(RigFileError)?))
+    }
+
+    /// The time zone of the programme; UTC where there is none.
+    fn zone(&self) -> Result<TimeZone, String> {
+        if self.programme.is_empty() && self.time_zone.is_none() {
+            return Ok(TimeZone::UTC);
+        }
+        time_zone(self.time_zone.as_deref())
     }
 
     /// How photographs of this rig map to centimetres.
@@ -256,6 +298,10 @@ impl RigFile {
         if let Some(Calibration { width, height, .. }) = self.calibration() {
             add(clicks::check(&self.clicks, (width, height)).map_err(|problem| problem.to_string()));
         }
+        // Lamps that cannot be have a fault of their own.
+        if self.layout().is_ok() {
+            self.programme_faults(&mut add);
+        }
         for (number, alert) in (1..).zip(&self.alert) {
             add(alert.check().map_err(|problem| format!("alert {number}: {problem}")));
         }
@@ -267,6 +313,33 @@ impl RigFile {
             None => self.device_faults(&mut add),
         }
         faults.into_iter().map(RigFileError).collect()
+    }
+
+    /// What is wrong with its programme.
+    fn programme_faults(&self, add: &mut impl FnMut(Result<(), String>)) {
+        match self.programme() {
+            Err(fault) => add(Err(fault.to_string())),
+            Ok(Some(programme)) => {
+                let dimmed = programme.dimmed();
+                let lamps = self.lamps.iter().flat_map(LampsTable::drivers).zip((0..).map_while(Light::new));
+                for ((name, driver), light) in lamps {
+                    if dimmed.level(light) > 0 && !driver.dims() {
+                        add(Err(format!(
+                            "programme: found a base light of {name} with levels, wanted a driver that dims, or full power \
+                             without a ramp: this one only switches on and off"
+                        )));
+                    }
+                }
+            }
+            Ok(None) => {}
+        }
+        match &self.time_zone {
+            Some(zone) if self.is_virtual() => add(Err(format!(
+                "found time_zone = {zone:?} beside greenhouse, wanted greenhouse.begins: a virtual tent has a time of its own"
+            ))),
+            None if self.is_virtual() => {}
+            _ => add(self.zone().map(|_| ())),
+        }
     }
 
     const fn has_devices(&self) -> bool {
@@ -365,7 +438,7 @@ impl RigFile {
             Some(flash) => flash.open(self.mqtt.as_ref()).map_err(device)?,
             None => Box::new(NoFlash),
         };
-        let (clock, on_exit) = (Box::new(TentClock::new(since_start)) as Box<dyn Clock>, lamps.on_exit);
+        let (clock, on_exit) = (Box::new(self.clock(since_start)?) as Box<dyn Clock>, lamps.on_exit);
         let (camera, lamps) =
             (camera.open().map_err(device)?, lamps.open(self.mqtt.as_ref()).map_err(device)?);
         let lamps = Box::new(LockedLamps { lamps, _locks: locks }) as Box<dyn Lamps>;

@@ -236,7 +236,7 @@ impl Item {
             photo,
             // To the second: it is reckoned from ages that are read one after the other.
             next: photo.zip(period).map(|(photo, period)| (photo + period).round()),
-            lamp: run.lamp.map(|lamp| lamp.to_string()),
+            lamp: run.lamp.clone(),
             tip: run.tip_x_cm.zip(run.tip_y_cm),
             done: run.step.map(u64::from),
             total: Some(u64::from(run.max_steps)),

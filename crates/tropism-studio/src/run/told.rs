@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use tropism::geometry::{Pixel, Point};
+use tropism::lamps::Layout;
 use tropism::observation::{Observation, Quality};
 use tropism::rig::Event;
 use tropism::task::Task;
@@ -24,8 +25,9 @@ pub(super) fn rounded(value: f64, digits: i32) -> f64 {
 }
 
 /// Step, hours, tip in cm, length of the stem, lamp, whether it confirmed, whether the tip was carried forward, what the photograph
-/// shows, confidence, time, photograph, the tip in the photograph, and the begin of the photograph's digest.
-pub(super) fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value {
+/// shows, confidence, time, photograph, the tip in the photograph, the begin of the photograph's digest, and whether a programme
+/// let the controller steer.
+pub(super) fn row(step: &StepRecord, layout: &Layout, calibration: Option<&Calibration>) -> Value {
     let seen = step.seen.observation.as_ref();
     let number = |value: Option<f64>, digits| value.map(|value| rounded(value, digits));
     let pixel = step.seen.tip_px.or_else(|| Some(calibration?.pixel(seen?.tip)));
@@ -35,7 +37,7 @@ pub(super) fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value
         number(seen.map(|seen| seen.tip.x), 2),
         number(seen.map(|seen| seen.tip.y), 2),
         number(seen.and_then(|seen| Some(seen.stem.as_ref()?.length())), 2),
-        step.decided.map(|light| light.to_string()),
+        step.commanded().map(|lighting| lighting.word(layout)),
         u8::from(step.is_confirmed),
         u8::from(seen.is_none_or(|seen| seen.quality == Quality::CarriedForward)),
         step.seen.status.name(),
@@ -45,6 +47,7 @@ pub(super) fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value
         number(pixel.map(|pixel| pixel.x), 1),
         number(pixel.map(|pixel| pixel.y), 1),
         step.photo_sha256.get(..SHOWN_DIGITS).unwrap_or_default(),
+        step.programme.map(|programme| u8::from(programme.acting.is_steered)),
     ])
 }
 
@@ -80,7 +83,8 @@ pub(super) fn status_json(
         "state": state_word(status.state),
         "process": status.process,
         "health": words::health(status),
-        "still_lit": status.still_lit.map(|light| light.to_string()),
+        "programme": status.programme.as_ref().map(ToString::to_string),
+        "still_lit": status.still_lit,
         "photo_unix": photo_unix,
         "next_unix": next.map(|(photo, period)| rounded(photo + period, 1)),
         "period_s": period_s,

@@ -17,6 +17,7 @@ use crate::lamps::{Layout, Light};
 use crate::lighting::{Allowed, Lighting};
 use crate::observation::Observation;
 use crate::photo::Photo;
+use crate::programme::TimeOfDay;
 use crate::vision::{Frame, TipTracker, TrackedFrame};
 
 pub use event::{Event, EventKind, HealthProblem, NoMonitor, RunMonitor};
@@ -134,6 +135,11 @@ pub trait Clock {
         None
     }
 
+    /// The local time of day, which a [`Programme`](crate::programme::Programme) goes by; midnight of a clock that knows none.
+    fn time_of_day(&self) -> TimeOfDay {
+        TimeOfDay::MIDNIGHT
+    }
+
     /// Replays a step that was recorded before an interruption: the lamps shine as `lighting` says until `until`.
     ///
     /// Only a simulated plant needs it: a real one has lived through that time.
@@ -199,6 +205,10 @@ impl<T: Clock + ?Sized> Clock for Box<T> {
 
     fn boot(&self) -> Option<Boot> {
         (**self).boot()
+    }
+
+    fn time_of_day(&self) -> TimeOfDay {
+        (**self).time_of_day()
     }
 
     fn replay(&mut self, lighting: Lighting, until: Duration) {

@@ -73,10 +73,13 @@ fn run_text(status: &RunStatus) -> String {
         add("tip", format!("{x:.1}, {y:.1} cm{held}"));
     }
     if status.process.is_some() {
-        add("lamp", status.lamp.map_or_else(|| "not decided yet".to_owned(), |lamp| lamp.to_string()));
+        add("lamp", status.lamp.clone().unwrap_or_else(|| "not decided yet".to_owned()));
+    }
+    if let Some(programme) = &status.programme {
+        add("programme", programme.to_string());
     }
     let folder = shell_word(&status.run);
-    if let Some(lamp) = status.still_lit {
+    if let Some(lamp) = &status.still_lit {
         add("lamp", format!("{lamp} MAY STILL BE LIT: tropism safe-state {folder} puts it off"));
     }
     if let Some((photograph, age)) = status.photograph.as_ref().zip(status.photograph_age_s) {
