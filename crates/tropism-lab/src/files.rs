@@ -16,9 +16,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
+use tropism::lamps::Layout;
 use tropism::photo::{ExifHeader, Photo};
 use tropism::text::plain;
 use tropism::track::Track;
+use tropism_rig::file::RigFile;
 use tropism_rig::secret::{holds_secret, redacted_text};
 
 pub use self::photographs::{PhotographList, list_photographs};
@@ -289,7 +291,17 @@ const MOST_ROWS: usize = 1_000_000;
 /// each step is so bounded by the size of the file.
 const MOST_MISSING_STEPS: usize = 100_000;
 
-/// Reads a track.
+/// The lamps of the run in whose folder a file lies; `None` elsewhere.
+fn lamps_of_run(path: &Path) -> Option<Layout> {
+    #[derive(serde::Deserialize)]
+    struct Config {
+        rig: RigFile,
+    }
+    let config: Config = read_toml(&path.with_file_name("run.toml")).ok()?;
+    config.rig.layout().ok()
+}
+
+/// Reads a track. In the folder of a run its lamps are those of the rig, else as [`Track::read_csv`] says.
 ///
 /// # Errors
 /// [`FileError`]; for more rows than the largest track has, for a last step far above the number of rows, and for times that
@@ -301,7 +313,11 @@ pub fn read_track(path: &Path) -> Result<Track, FileError> {
     if rows > MOST_ROWS {
         return Err(refused(format!("a track has at most {MOST_ROWS} rows, this one has {rows}")));
     }
-    let track = Track::read_csv(bytes.as_slice()).map_err(parse(path))?;
+    let track = match lamps_of_run(path) {
+        Some(lamps) => Track::read_csv_of(bytes.as_slice(), &lamps),
+        None => Track::read_csv(bytes.as_slice()),
+    };
+    let track = track.map_err(parse(path))?;
     let [first, .., last] = &*track.samples else { return Ok(track) };
     if last.step as usize > 10 * track.samples.len() + MOST_MISSING_STEPS {
         return Err(refused(format!(
@@ -870,6 +886,19 @@ mod tests {
         }
         assert_eq!(reader.join().unwrap(), b"read");
         assert!(!fs::metadata(&pipe).unwrap().is_file());
+    }
+
+    #[test]
+    fn a_track_of_a_run_has_the_lamps_of_its_rig() {
+        let folder = tempfile::tempdir().unwrap();
+        let track = folder.path().join("track.csv");
+        write(&track, b"tip_x_cm,tip_y_cm,light\n0,4,top\n0.1,4.1,low\n").unwrap();
+        assert!(read_track(&track).unwrap_err().to_string().contains("top"));
+        let lamps = "[[rig.greenhouse.layout]]\nname = \"low\"\nat = [-35, 5, 0]\n\
+                     [[rig.greenhouse.layout]]\nname = \"top\"\nat = [0, 60, 0]\n";
+        write(&folder.path().join("run.toml"), lamps.as_bytes()).unwrap();
+        let read = read_track(&track).unwrap();
+        assert_eq!(read.layout.name(read.samples[0].light), "top");
     }
 
     #[test]

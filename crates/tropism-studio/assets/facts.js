@@ -27,7 +27,7 @@ export function facts() {
     : html`<span class="lamp">${(run.status.state === "died" || run.status.state === "gone") && !run.status.still_lit ? "Unknown" : capital(unknown)}</span>`;
   const detail = has
     ? html`<span class="sub"
-        >for ${num(hours, 1)} h${lit?.isConfirmed ? ", confirmed" : ", not confirmed yet"}${status.programme ? `; ${status.programme}` : ""}</span
+        >for ${num(hours, 1)} h${lit?.isConfirmed ? ", confirmed" : ", not confirmed yet"}${run.status.programme ? `; ${run.status.programme}` : ""}</span
       >`
     : "";
   put($("#lamp"), [name, detail]);

@@ -181,7 +181,9 @@ impl RunReader {
         let known = |before: &[Arc<str>], count: usize| before[..count.min(before.len())].to_vec();
         let mut rows = before.map(|before| known(&before.rows, same)).unwrap_or_default();
         rows.extend(
-            steps[rows.len()..].iter().map(|step| row(step, &layout, calibration.as_ref()).to_string().into()),
+            steps[rows.len()..]
+                .iter()
+                .map(|step| row(step, &layout, calibration.as_ref()).to_string().into()),
         );
         let same_events = if same > 0 { events_before } else { 0 };
         let mut printed = before.map(|before| known(&before.events, same_events)).unwrap_or_default();
