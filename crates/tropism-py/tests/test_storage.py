@@ -79,7 +79,7 @@ def test_a_sweep_at_an_address_has_the_bits_of_a_folder(address: str, model: Pat
     names = {path[len(root) :].lstrip("/") for path in files.find(root)}
     assert {"sweep.toml", "sweep.csv", "sweep.json", "model.json"} <= names
     assert not [name for name in names if name.endswith(("run.lock", ".part"))]
-    with pytest.raises(tropism.PlanError, match="found a sweep here already"):
+    with pytest.raises(tropism.PlanError, match="a sweep is here already"):
         tropism.sweep(config(model, 8), out=address, monitor=False)
     again = tropism.sweep(config(model, 8), out=address, resume=True, monitor=False)
     assert fitness(again) == fitness(wanted)

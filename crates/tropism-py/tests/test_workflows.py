@@ -102,7 +102,7 @@ def test_forecasts_of_models_are_compared(beans: Path, model: Path, tmp_path: Pa
         # Six hours ahead any model is nearer than a plant that stands still.
         assert max(tip.tip[1].mean_cm, stem.tip[1].mean_cm) < still.tip[1].mean_cm
     assert (tmp_path / "out" / "forecast.json").exists()
-    with pytest.raises(tropism.PlanError, match="found no `models`"):
+    with pytest.raises(tropism.PlanError, match="`models` is empty"):
         tropism.forecast([])
 
 
@@ -336,7 +336,7 @@ def test_a_sweep_is_resumed_from_its_folder(model: Path, tmp_path: Path) -> None
     assert [unit["seed"] for unit in tropism.sweep_units(plan)] == [3, 3]
     again = tropism.resume(tmp_path / "sweep", "sweep", monitor=False)
     assert again == results
-    with pytest.raises(tropism.PlanError, match="found a sweep here already"):
+    with pytest.raises(tropism.PlanError, match="a sweep is here already"):
         tropism.sweep(settings, grid, out=tmp_path / "sweep", monitor=False)
 
 

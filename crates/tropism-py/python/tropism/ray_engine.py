@@ -127,7 +127,7 @@ def execute_units(
     mirror = Mirror(out, Path(), storage_options) if is_address(out) else None
     is_there = mirror.has("sweep.toml") if mirror else Path(out, "sweep.toml").exists()
     if is_there and not plan.resume:
-        raise PlanError(f"{out}: found a sweep here already, wanted a new folder (`out`) or `resume`")
+        raise PlanError(f"{out}: a sweep is here already: choose a new folder (`out`), or go on with it by `resume`")
     if mirror and not is_there and (model := settings(plan.config).get("model")):
         # Workers find the model beside the sweep: the disk of this machine is not theirs.
         mirror.write("model.json", Path(model).read_bytes())

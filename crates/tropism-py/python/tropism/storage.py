@@ -182,7 +182,7 @@ def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> SweepResul
     address = os.fspath(plan.out or "")
     with mirror_of(address, options) as mirror:
         if mirror.has("sweep.toml") and not plan.resume:
-            text = f"{address}: found a sweep here already, wanted a new address (`out`) or `resume`"
+            text = f"{address}: a sweep is here already: choose a new address (`out`), or go on with it by `resume`"
             raise PlanError(text)
         mirror.fetch()
         progress = Progress() if plan.monitor is None else None
