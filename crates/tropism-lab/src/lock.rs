@@ -160,7 +160,7 @@ mod tests {
         // The first process of the system began before this one.
         std::fs::write(&name, format!("1 {}\n", u64::MAX)).unwrap();
         let error = holder(folder.path()).unwrap_err().to_string();
-        assert!(error.contains("without the number of a living process"), "{error}");
+        assert!(error.contains("names no living process"), "{error}");
         drop(held);
         assert_eq!(std::fs::read_to_string(&name).unwrap(), "", "a lock that is free names nobody");
     }

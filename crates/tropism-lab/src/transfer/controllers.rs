@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(names, ["greedy", "run-00", "run-01"]);
         let twice = [ControllerSource::Path(folder.path().join("champion.json")), sources[1].clone()];
         let error = read_controllers(&twice).unwrap_err().to_string();
-        assert!(error.contains("found champion and run-00 to be the same controller"), "{error}");
+        assert!(error.contains("champion and run-00 are the same controller"), "{error}");
         let empty = tempfile::tempdir().unwrap();
         let error =
             read_controllers(&[ControllerSource::Path(empty.path().to_owned())]).unwrap_err().to_string();
@@ -214,9 +214,9 @@ mod tests {
         let error = |controllers: &[NamedController]| {
             check(controllers, &Layout::default(), 5.0).unwrap_err().to_string()
         };
-        assert!(error(&[]).contains("found no `controllers`"));
+        assert!(error(&[]).contains("`controllers` is empty"));
         let greedy = named("greedy", ControllerSpec::Greedy);
-        assert!(error(&[greedy.clone(), greedy.clone()]).contains("found greedy twice"));
+        assert!(error(&[greedy.clone(), greedy.clone()]).contains("greedy stands twice"));
         assert!(error(&[named("a/b", ControllerSpec::Greedy)]).contains("found the name \"a/b\""));
         check(&[greedy, named("periodic-6h", ControllerSpec::default())], &Layout::default(), 5.0).unwrap();
     }
