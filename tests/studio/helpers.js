@@ -39,7 +39,7 @@ function atEnd(t, end) {
     ends.set(t, []);
     t.after(async () => {
       const problems = [];
-      for (const end of ends.get(t).reverse()) await within(30, Promise.resolve().then(end), `the end of ${t.name}`).catch((problem) => problems.push(problem));
+      for (const end of ends.get(t).reverse()) await within(120, Promise.resolve().then(end), `the end of ${t.name}`).catch((problem) => problems.push(problem));
       if (problems.length) throw problems[0];
     });
   }

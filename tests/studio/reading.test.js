@@ -114,7 +114,7 @@ test("a draft keeps its name, and Save keeps writing the same file", async (t) =
   await opened.click("#p-draw summary");
   await opened.fill("#name", "other");
   await opened.click("#save");
-  await toasted(/found another task of this name/);
+  await toasted(/another task has this name/);
   assert.equal(fs.readFileSync(path.join(cwd, "other.toml"), "utf8"), "max_steps = 5\n");
 });
 
