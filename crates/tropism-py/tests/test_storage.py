@@ -180,7 +180,7 @@ def test_the_command_line_executes_a_sweep_at_an_address(address: str, model: Pa
     assert done.returncode == 0, done.stderr
     assert fitness(json.loads(done.stdout)) == fitness(wanted)
     refused = ordered(order)
-    assert refused.returncode == 1 and "or --resume" in refused.stderr and "Traceback" not in refused.stderr
+    assert refused.returncode == 1 and "by --resume" in refused.stderr and "Traceback" not in refused.stderr
     # From what is at the address alone.
     files, root = fsspec.core.url_to_fs(address)
     files.rm(f"{root}/units", recursive=True)
