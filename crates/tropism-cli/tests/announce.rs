@@ -70,7 +70,7 @@ fn a_run_of_another_program_is_not_announced() {
     let output = run(folder.path(), "periodic:10m");
     assert_eq!(output.status.code(), Some(1));
     let error = String::from_utf8_lossy(&output.stderr);
-    assert!(error.contains("another program"), "{error}");
+    assert!(error.contains("another program (process "), "{error}");
     assert_eq!((read(folder.path(), "told"), read(folder.path(), "said")), (String::new(), String::new()));
     drop(held);
     assert!(run(folder.path(), "periodic:10m").status.success());

@@ -440,7 +440,8 @@ fn pipes_devices_and_folders_are_no_files_and_are_not_waited_for() {
     let folder = folder();
     assert!(Command::new("mkfifo").arg(folder.path().join("pipe.csv")).status().unwrap().success());
     fs::create_dir(folder.path().join("folder.csv")).unwrap();
-    for (file, found) in [("pipe.csv", "this is a pipe"), ("folder.csv", "folder"), ("/dev/zero", "a device")]
+    for (file, found) in
+        [("pipe.csv", "this is a pipe"), ("folder.csv", "no track in this folder"), ("/dev/zero", "a device")]
     {
         for command in [&["score", file][..], &["fit", file, "--out", "m.json"]] {
             fails(&folder, command, &[file, found]);

@@ -242,7 +242,7 @@ fn a_second_program_is_refused_and_the_first_goes_on() {
     let child = real.until(3);
     let second = real.command(&["--resume"]).output().unwrap();
     let error = String::from_utf8_lossy(&second.stderr);
-    assert!(second.status.code() == Some(1) && error.contains("another program"), "{error}");
+    assert!(second.status.code() == Some(1) && error.contains("another program (process "), "{error}");
     done(&child.wait_with_output().unwrap());
     assert_eq!((rows(&real.run()).len(), count(&real.run(), EventKind::Resumed)), (41, 0));
 }

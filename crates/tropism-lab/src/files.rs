@@ -12,8 +12,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use tropism::lamps::Layout;
@@ -291,14 +291,18 @@ const MOST_ROWS: usize = 1_000_000;
 /// each step is so bounded by the size of the file.
 const MOST_MISSING_STEPS: usize = 100_000;
 
-/// The lamps of the run in whose folder a file lies; `None` elsewhere.
-fn lamps_of_run(path: &Path) -> Option<Layout> {
-    #[derive(serde::Deserialize)]
+/// The rig of the run in `folder`, from its `run.toml`.
+pub(crate) fn read_rig_of_run(folder: &Path) -> Result<RigFile, FileError> {
+    #[derive(Deserialize)]
     struct Config {
         rig: RigFile,
     }
-    let config: Config = read_toml(&path.with_file_name("run.toml")).ok()?;
-    config.rig.layout().ok()
+    Ok(read_toml::<Config>(&folder.join("run.toml"))?.rig)
+}
+
+/// The lamps of the run in whose folder a file lies; `None` elsewhere.
+fn lamps_of_run(path: &Path) -> Option<Layout> {
+    read_rig_of_run(path.parent()?).ok()?.layout().ok()
 }
 
 /// Reads a track. In the folder of a run its lamps are those of the rig, else as [`Track::read_csv`] says.

@@ -41,7 +41,7 @@ type Recorded = (Track, Vec<Point>, BTreeMap<u64, Vec<u8>>);
 
 /// Goes on with the run in `path` for at most `samples`.
 fn record(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Recorded {
-    record_under(&mut periodic(), greenhouse, &[], path, steps, samples)
+    record_under(None, &mut periodic(), greenhouse, &[], path, steps, samples)
 }
 
 /// One lamp for 30 minutes, then the other.
@@ -49,20 +49,8 @@ fn periodic() -> Periodic {
     Periodic::new(30, &Layout::default()).starting_with(Light::RIGHT)
 }
 
-/// [`record`] under a controller, with the tip clicked in some photographs.
+/// [`record`] under a controller and a programme, with the tip clicked in some photographs.
 fn record_under(
-    controller: &mut dyn Controller,
-    greenhouse: &Greenhouse,
-    clicks: &[Click],
-    path: &Path,
-    steps: u32,
-    samples: usize,
-) -> Recorded {
-    record_by(None, controller, greenhouse, clicks, path, steps, samples)
-}
-
-/// [`record_under`] with a programme.
-fn record_by(
     programme: Option<&Programme>,
     controller: &mut dyn Controller,
     greenhouse: &Greenhouse,
@@ -113,7 +101,7 @@ impl Controller for Sharing {
 fn levels_are_recorded_and_go_on_after_an_interruption() {
     let greenhouse = Greenhouse { allowed: Allowed::Any { most_lit: 2, budget: 1.0 }, ..small_tent() };
     let [whole, broken] = [(); 2].map(|()| tempfile::tempdir().unwrap());
-    let grow = |path, samples| record_under(&mut Sharing, &greenhouse, &[], path, 12, samples);
+    let grow = |path, samples| record_under(None, &mut Sharing, &greenhouse, &[], path, 12, samples);
     let (track, truth, _) = grow(whole.path(), usize::MAX);
     grow(broken.path(), 7);
     let (resumed, resumed_truth, _) = grow(broken.path(), usize::MAX);
@@ -155,7 +143,7 @@ fn a_programme_acts_in_the_tent_and_goes_on_after_an_interruption() {
     let programme = programme(&[day, night], &greenhouse);
     let whole = tempfile::tempdir().unwrap();
     let grow = |path: &Path, samples| {
-        record_by(Some(&programme), &mut periodic(), &greenhouse, &[], path, 16, samples)
+        record_under(Some(&programme), &mut periodic(), &greenhouse, &[], path, 16, samples)
     };
     let (track, truth, _) = grow(whole.path(), usize::MAX);
     let steps =
@@ -196,7 +184,7 @@ fn the_bean_bends_to_a_base_light() {
         let programme = programme(&[&part], &greenhouse);
         let folder = tempfile::tempdir().unwrap();
         let recorded =
-            record_by(Some(&programme), &mut periodic(), &greenhouse, &[], folder.path(), 72, usize::MAX);
+            record_under(Some(&programme), &mut periodic(), &greenhouse, &[], folder.path(), 72, usize::MAX);
         recorded.1[72].x
     });
     assert!(left + 1.0 < right, "tops at {left} and {right} cm");
@@ -299,7 +287,8 @@ fn a_clicked_tip_is_followed_and_resumed_to_the_same_bits() {
     let [first, whole, broken] = [(); 3].map(|()| tempfile::tempdir().unwrap());
     let (_, truth, _) = record(&small_tent(), first.path(), 60, 1);
     let clicks = [Click { frame: 0, at: greenhouse.scene.frame().pixel(truth[0]) }];
-    let (track, truth, _) = record_under(&mut periodic(), &greenhouse, &clicks, whole.path(), 60, usize::MAX);
+    let (track, truth, _) =
+        record_under(None, &mut periodic(), &greenhouse, &clicks, whole.path(), 60, usize::MAX);
     let is_measured = |sample: &&(&Sample, &Point)| sample.0.quality == Quality::Measured;
     let pairs: Vec<_> = track.samples.iter().zip(&truth).collect();
     let off = pairs.iter().filter(is_measured).map(|(sample, top)| sample.tip.distance(**top));
@@ -307,7 +296,7 @@ fn a_clicked_tip_is_followed_and_resumed_to_the_same_bits() {
     let (measured, right) = (off.clone().count(), off.filter(|off| *off < 0.3).count());
     assert!((40..60).contains(&measured) && 10 * right >= 9 * measured, "{right} of {measured} are right");
     for samples in [1, 18, 40, usize::MAX] {
-        let resumed = record_under(&mut periodic(), &greenhouse, &clicks, broken.path(), 60, samples);
+        let resumed = record_under(None, &mut periodic(), &greenhouse, &clicks, broken.path(), 60, samples);
         assert!(samples < 60 || (resumed.0, resumed.1) == (track.clone(), truth.clone()));
     }
 }

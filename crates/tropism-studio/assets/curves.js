@@ -33,31 +33,31 @@ export const series = fit($("#series"), (width) => {
   const every = Math.max(1, Math.ceil(steps.length / Math.max(200, width)));
   const kept = steps.filter((_, index) => index % every === 0 || index === steps.length - 1);
   const hours = kept.map((one) => one.hours);
-  const ribbon = (X) => {
+  /** What `draw` makes of each stretch of steps with the same value, from one hour to another. */
+  const stretches = (of, draw) => {
     let parts = "";
     for (let from = 0; from < steps.length - 1;) {
       let to = from + 1;
-      while (to < steps.length - 1 && steps[to].lamp === steps[from].lamp) to++;
-      const lamp = steps[from].lamp;
-      if (lamp && lamp !== "dark")
-        parts += `<rect class="lit ${lampClass(lamp)}" x="${X(steps[from].hours).toFixed(1)}" y="0" width="${(X(steps[to].hours) - X(steps[from].hours)).toFixed(1)}" height="7"/>`;
+      while (to < steps.length - 1 && of(steps[to]) === of(steps[from])) to++;
+      parts += draw(of(steps[from]), steps[from].hours, steps[to].hours);
       from = to;
     }
     return parts;
   };
+  /** A rectangle between two hours. */
+  const band = (X, kind, from, to, y, height) =>
+    `<rect class="${kind}" x="${X(from).toFixed(1)}" y="${y}" width="${(X(to) - X(from)).toFixed(1)}" height="${height}"/>`;
+  const ribbon = (X) =>
+    stretches(
+      (one) => one.lamp,
+      (lamp, from, to) => (lamp && lamp !== "dark" ? band(X, `lit ${lampClass(lamp)}`, from, to, 0, 7) : ""),
+    );
   /** The times at which a programme does not let the controller steer. */
-  const nights = (X, height) => {
-    let parts = "";
-    for (let from = 0; from < steps.length - 1;) {
-      let to = from + 1;
-      while (to < steps.length - 1 && steps[to].isNight === steps[from].isNight) to++;
-      const [left, right] = [X(steps[from].hours), X(steps[to].hours)];
-      if (steps[from].isNight)
-        parts += `<rect class="night" x="${left.toFixed(1)}" y="10" width="${(right - left).toFixed(1)}" height="${height - 10}"/>`;
-      from = to;
-    }
-    return parts;
-  };
+  const nights = (X, height) =>
+    stretches(
+      (one) => one.isNight,
+      (isNight, from, to) => (isNight ? band(X, "night", from, to, 10, height - 10) : ""),
+    );
   const noted = run.events
     .filter((event) => event.kind === "note")
     .map((event) => ({ ...event, hours: hoursOf(event.step) }))

@@ -189,15 +189,7 @@ impl RunConfig {
 /// # Errors
 /// [`Error`] names the file, the key, and what is wrong with it.
 pub fn read_rig(path: &Path) -> Result<RigFile, Error> {
-    #[derive(Deserialize)]
-    struct Config {
-        rig: RigFile,
-    }
-    let rig = if path.is_dir() {
-        files::read_toml::<Config>(&path.join("run.toml"))?.rig
-    } else {
-        files::read_toml(path)?
-    };
+    let rig = if path.is_dir() { files::read_rig_of_run(path)? } else { files::read_toml(path)? };
     rig.check().map_err(Error::at(path.display()))?;
     Ok(rig)
 }
