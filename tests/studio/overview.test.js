@@ -56,6 +56,7 @@ test("250 runs in folders are looked through by keyboard, and found by folder, n
   await until(async () => (await count()) === "1 of 250", "all that has the tag");
   await opened.locator("#rows .open").click();
   await opened.click("[data-untag=white]");
-  await until(async () => (await opened.textContent("#tags")).trim().startsWith("batch-2"), "one tag is left");
+  await opened.locator("[data-untag=white]").waitFor({ state: "detached" });
+  assert.equal(await opened.locator("#tags .chip").count(), 1);
   assert.match(await run(t, cwd, "status", "lab-2/bean-1"), /tags +batch-2$/m);
 });
