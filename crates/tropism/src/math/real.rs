@@ -229,7 +229,7 @@ impl Real for f64 {
     }
 }
 
-/// `N` numbers side by side: 4 are a vector of AVX2, 8 one of AVX-512 or two of AVX2.
+/// `N` numbers side by side: 4 are a vector of AVX2, 8 two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(32))]
 pub struct Lanes<const N: usize>(pub [f64; N]);

@@ -12,7 +12,7 @@ use crate::simulation::{Episode, cautious_fitness_of};
 use crate::task::Reading;
 use crate::task::{Obstacles, Task};
 
-/// Plants side by side. Chosen: two vectors of AVX2, one of AVX-512.
+/// Plants side by side. Chosen: two vectors of AVX2.
 const LANES: usize = 8;
 
 /// One number for each plant.
@@ -78,6 +78,8 @@ fn fitness_in_lanes(
         if !is_any_running {
             return fitness;
         }
+        // New seedlings stand where the last step left other plants.
+        batch.look_at_obstacles(task);
         dispatch(UntilOneIsOver { batch: &mut batch, task: of_lanes });
     }
 }
@@ -176,8 +178,6 @@ impl Kernel for UntilOneIsOver<'_, '_> {
     fn run(self) {
         let Self { batch, task: of_lanes } = self;
         let task = of_lanes.task;
-        // New seedlings stand where the last step left other plants.
-        batch.look_at_obstacles(task);
         loop {
             batch.step(of_lanes);
             let is_high = batch.tips()[1].ge(Wide::splat(task.end_height_cm));
