@@ -63,6 +63,8 @@ pub struct Bean {
     /// Places of the lamps, in cm, and their number.
     lamps: [Vec3; MAX_LAMPS],
     lamp_count: usize,
+    /// Share of the light of each lamp to which the plant bends.
+    shares: [f64; MAX_LAMPS],
     /// Cones of the lamps; a lamp without one shines all around.
     beams: [Option<Beam>; MAX_LAMPS],
     /// Whether solids cast shadows.
@@ -104,6 +106,7 @@ impl Bean {
             plant: individual,
             lamps: [[0.0; 3]; MAX_LAMPS],
             lamp_count: 0,
+            shares: [0.0; MAX_LAMPS],
             beams: [None; MAX_LAMPS],
             is_shaded: false,
             age_h: 0.0,
@@ -120,8 +123,9 @@ impl Bean {
     #[must_use]
     pub fn under(mut self, layout: &Layout) -> Self {
         self.lamp_count = layout.len();
-        for (place, lamp) in self.lamps.iter_mut().zip(layout.lamps()) {
-            *place = lamp.at;
+        for (number, lamp) in layout.lamps().iter().enumerate() {
+            self.lamps[number] = lamp.at;
+            self.shares[number] = self.plant.colours.share(lamp.colour);
         }
         self
     }
@@ -244,7 +248,8 @@ impl Bean {
 
     /// Grows for `minutes` under lamps of the given powers, 0 to 1, in the order of the layout; further lamps are dark.
     ///
-    /// Power 1 gives 6 umol/m^2/s of blue light at 35 cm; a dimmer lamp or another colour gives less.
+    /// Power 1 gives 6 umol/m^2/s at 35 cm. Of the light of each lamp the plant bends to the share of its colour,
+    /// [`Colours`](super::Colours).
     ///
     /// # Panics
     /// If a power is not between 0 and 1 or belongs to no lamp, or if the time is negative or not finite.
@@ -269,7 +274,7 @@ impl Bean {
         self.asked_substep_s.unwrap_or(usual)
     }
 
-    /// The powers of all lamps.
+    /// The powers of all lamps, as the plant answers to them.
     ///
     /// # Panics
     /// If a power is not between 0 and 1 or belongs to no lamp.
@@ -283,8 +288,8 @@ impl Bean {
             self.lamp_count
         );
         let mut powers = [0.0; MAX_LAMPS];
-        for (power, wanted) in powers.iter_mut().zip(lamp_powers) {
-            *power = *wanted;
+        for ((power, wanted), share) in powers.iter_mut().zip(lamp_powers).zip(self.shares) {
+            *power = wanted * share;
         }
         powers
     }

@@ -37,6 +37,7 @@ impl Individual {
         ensure_in!(self, 0.1..=24.0, "between 0.1 and 24 h": nutation.period_h);
         ensure_in!(self, 0.0..=1e4, "between 0 and 10000 h": leaves.cotyledons_h);
         ensure_in!(self, 0.0..=1.0, "a share between 0 and 1": growth.late motility.late tropism.apical
+            colours.blue colours.white colours.red colours.far_red
             nutation.roundness pauses.motility);
         ensure_in!(self, 0.01..=1.0, "a radius between 0.01 and 1 cm": stem.radius_apex stem.radius_base);
         ensure_in!(self, 1.0..=1e5, "between 1 and 100000 MPa": stem.modulus_mpa stem.modulus_mature_mpa);

@@ -14,6 +14,7 @@
 use core::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
+use tropism::lamps::Colour;
 
 use super::Internodal;
 
@@ -34,6 +35,8 @@ pub struct Individual {
     pub motility: Motility,
     /// Tropisms: phototropism, gravitropism, straightening.
     pub tropism: Tropism,
+    /// Light of other colours.
+    pub colours: Colours,
     /// Circumnutation.
     pub nutation: Nutation,
     /// The stem as an elastic rod.
@@ -112,6 +115,36 @@ pub struct Tropism {
     pub bias_x: f64,
     /// Constant bending towards the camera, in rad/cm/h (C).
     pub bias_z: f64,
+}
+
+/// How much of the light of a lamp the plant bends to, by its colour: a share of its irradiance, 0 to 1.
+///
+/// Nothing else of the plant answers to colour: seedlings live on their cotyledons, and grow alike under all lamps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default, deny_unknown_fields)]
+pub struct Colours {
+    /// Blue (A: phototropins absorb it).
+    pub blue: f64,
+    /// White (C: the share of blue in white LEDs).
+    pub white: f64,
+    /// Red (C: no bending, though it changes that to blue light in some plants).
+    pub red: f64,
+    /// Far red (C).
+    pub far_red: f64,
+}
+
+impl Colours {
+    /// The share of a lamp of `colour`.
+    #[must_use]
+    pub const fn share(&self, colour: Colour) -> f64 {
+        match colour {
+            Colour::Blue => self.blue,
+            Colour::White => self.white,
+            Colour::Red => self.red,
+            Colour::FarRed => self.far_red,
+        }
+    }
 }
 
 /// Circumnutation: an elliptic oscillation of the curvature.
@@ -260,6 +293,12 @@ impl Default for Tropism {
             bias_x: 0.0,
             bias_z: 0.0,
         }
+    }
+}
+
+impl Default for Colours {
+    fn default() -> Self {
+        Self { blue: 1.0, white: 0.2, red: 0.0, far_red: 0.0 }
     }
 }
 

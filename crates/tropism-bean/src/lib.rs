@@ -32,7 +32,9 @@ pub mod tent;
 
 pub use bean::Bean;
 pub use grow::{Specimen, Trial, grow, grow_noise_free, lamp_powers};
-pub use individual::{Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Stem, Tropism};
+pub use individual::{
+    Colours, Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Stem, Tropism,
+};
 pub use internodal::Internodal;
 pub use noise::{Pause, ResponseState, response_history};
 pub use population::Population;

@@ -22,7 +22,7 @@ use proptest::prelude::*;
 use tropism::control::{Greedy, Periodic};
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
-use tropism::lamps::{Layout, Light, MAX_LAMPS};
+use tropism::lamps::{Colour, Lamp, Layout, Light, MAX_LAMPS};
 use tropism::math::statistics::median;
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
@@ -45,6 +45,23 @@ fn data(path: &str) -> Option<PathBuf> {
 fn summary(apart: &[f64]) -> (f64, f64) {
     let squares: f64 = apart.iter().map(|apart| apart * apart).sum();
     ((squares / apart.len() as f64).sqrt(), apart.iter().copied().fold(0.0, f64::max))
+}
+
+#[test]
+fn a_plant_bends_to_the_blue_of_a_lamp() {
+    let lamps = |colour| {
+        let [left, right] = Layout::wahby2016().lamps().to_vec().try_into().unwrap();
+        Layout::new(vec![left, right, Lamp::new("top", [35.0, 30.0, -8.0]).with_colour(colour)]).unwrap()
+    };
+    let bend = |colour, powers: [f64; 3]| {
+        let mut bean = Bean::noise_free(Species::default().average()).under(&lamps(colour));
+        bean.advance(&powers, 360.0);
+        bean.apex()
+    };
+    let red = [Colour::Red, Colour::FarRed].map(|colour| bend(colour, [1.0, 0.0, 1.0]));
+    assert_eq!(red, [bend(Colour::Blue, [1.0, 0.0, 0.0]); 2]);
+    let [blue, white] = [Colour::Blue, Colour::White].map(|colour| bend(colour, [0.0, 0.0, 1.0])[0]);
+    assert!(0.3 < white && white < blue, "{white} {blue}");
 }
 
 #[test]

@@ -2,9 +2,10 @@
 #![cfg(unix)]
 
 use std::fs;
+use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::LazyLock;
 use std::time::Duration;
 
@@ -236,6 +237,57 @@ fn settings_are_judged_without_devices() {
     let (code, lines) = with("[camra]\n");
     has(&lines, "fail settings rig.toml: line 1: found \"[camra]\": unknown field `camra`");
     assert_eq!(code, 1);
+}
+
+#[test]
+fn the_readings_of_a_meter_become_settings() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    tent(folder);
+    let measured = |typed: &str| {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_tropism"))
+            .current_dir(folder)
+            .args(["check", "rig.toml", "--light"])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        child.stdin.take().unwrap().write_all(typed.as_bytes()).unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert!(["left", "right"].iter().all(|name| !folder.join(name).exists()), "all is dark afterwards");
+        let [out, error] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        (output.status.code().unwrap(), out, error)
+    };
+    let (code, out, error) = measured("0.5\n12.5\nmuch\n11,0\n");
+    assert_eq!((code, out.as_str()), (0, "[lamps]\numol = { left = 12, right = 10.5 }\n"), "{error}");
+    assert!(error.contains("left is lit: reading?") && error.contains("\"much\" is no reading"), "{error}");
+    assert!(measured("0.5\n0.5\n").2.contains("left: 0.5 µmol/m²/s are no more than the 0.5 in the dark"));
+    assert!(measured("0\n12\n").2.contains("right is lit, and the input ended: all light is off"));
+
+    let refused = |settings: &str| {
+        let text = fs::read_to_string(folder.join("rig.toml")).unwrap();
+        change(folder, "rig.toml", "[lamps]\n", &format!("[lamps]\n{settings}\n"));
+        let output = Command::new(env!("CARGO_BIN_EXE_tropism"))
+            .current_dir(folder)
+            .args(["lamp", "rig.toml", "left", "--seconds", "0.01"])
+            .output()
+            .unwrap();
+        fs::write(folder.join("rig.toml"), text).unwrap();
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let all = "umol = { left = 12, right = 10.5 }\nmax_mol = 0.5\ncolours = { right = \"white\" }";
+    assert_eq!(refused(all), "");
+    for (settings, wanted) in [
+        ("umol = { left = 12.0 }\nmax_mol = 0.5", "right has none: measure it with `tropism check --light`"),
+        ("umol = { left = -1.0 }", "umol.left: found -1, wanted above 0 and at most 3000 µmol/m²/s"),
+        ("colours = { top = \"red\" }", "lamps.colours: top is no lamp of [lamps]"),
+        ("colours = { left = \"green\" }", "unknown variant `green`"),
+        ("colours = { left = \"red\", right = \"red\" }", "found no blue or white lamp"),
+    ] {
+        let error = refused(settings);
+        assert!(error.contains(wanted), "{wanted}: {error}");
+    }
 }
 
 #[test]

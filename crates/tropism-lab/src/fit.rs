@@ -95,7 +95,8 @@ impl Workflow for FitPlan {
                 }
             };
             left_out(darken_unconfirmed(track), "`done` says that their lamp was never confirmed");
-            let of_levels = track.samples.iter().filter(|sample| sample.levels.is_some()).count();
+            let is_of_levels = |sample: &&Sample| sample.lighting().bending(&track.layout).is_none();
+            let of_levels = track.samples.iter().filter(is_of_levels).count();
             left_out(
                 of_levels,
                 "models are of one lamp at full power, these are of several lamps or of levels",

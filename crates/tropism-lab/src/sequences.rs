@@ -33,7 +33,7 @@ const TRIES: u64 = 20;
 fn wandering(layout: &Layout, period_min: f64, steps: u32, seed: u64) -> Schedule {
     let mut rng = random::stream(seed, Purpose::Targets, 0);
     let mut below = |count: usize| (random::uniform(&mut rng) * count as f64) as usize;
-    let lights: Vec<Light> = layout.lights().collect();
+    let lights: Vec<Light> = layout.steering().collect();
     let steps_a_move = (60.0 * MOVE_H / period_min).ceil() as usize;
     let mut lit = below(lights.len());
     let light = |_| {

@@ -21,6 +21,7 @@ use crate::evolve::{self, EvolutionStatus};
 use crate::files;
 use crate::folder::{has_journal, read_journal};
 use crate::journal::{StepRecord, lights_that_acted};
+use crate::light_day::LightOfDay;
 use crate::lock::holder;
 use crate::monitor::Monitor;
 use crate::replicates::{self, ReplicatesStatus};
@@ -104,6 +105,9 @@ pub struct RunStatus {
     /// What acts of the programme of its rig; left out without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub programme: Option<ProgrammeStatus>,
+    /// Light of the 24 hours up to the latest step; of real plants.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub light: Option<LightOfDay>,
     /// The lamps that may still be lit though no program works on the run; of real plants.
     pub still_lit: Option<String>,
     /// File of the latest photograph.
@@ -283,6 +287,7 @@ pub fn of_run(
         tip_y_cm: tip.map(|tip| tip.y),
         lamp: lamp.map(|lighting| lighting.word(&layout)),
         programme: ProgrammeStatus::of(config, &layout, steps),
+        light: LightOfDay::of_run(&config.rig, steps),
         still_lit: still_lit.map(|lighting| lighting.word(&layout)),
         photograph,
         photograph_age_s: age,

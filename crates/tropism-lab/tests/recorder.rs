@@ -21,7 +21,7 @@ use tropism::rig::{
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
-use tropism_lab::{Journal, RecordError, Recorder, RunFolder, StepRecord, Supervision, files};
+use tropism_lab::{Journal, LightLimits, RecordError, Recorder, RunFolder, StepRecord, Supervision, files};
 
 /// A straight stem that grows and leans to the lit lamp, what goes wrong in its tent, and a log of what was done to it.
 #[derive(Default)]
@@ -630,7 +630,7 @@ fn real(path: &Path, wrong: Wrong, policy: FaultPolicy, ends_at: Option<u32>) ->
         policy: FaultPolicy { reserve_mb: 0, ..policy },
         lamps_in_view: Some(LampsInView::default()),
         programme: None,
-        max_light_h: None,
+        light: LightLimits::default(),
         monitor: Box::new(log.clone()),
     };
     let (mut world, hand) = open_with(path, true, Wrong { is_real: true, ..wrong }, supervision).unwrap();
@@ -766,7 +766,7 @@ fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
         let go_on = |path: &Path, ends_at: Option<u32>| {
             let supervision = Supervision {
                 programme: programme.clone(),
-                max_light_h: None,
+                light: LightLimits::default(),
                 policy: FaultPolicy { hold_steps: 3, on_fault, ..FaultPolicy::unlimited() },
                 monitor: Box::new(EventLog { ends_at, ..EventLog::default() }),
                 lamps_in_view: None,
@@ -915,16 +915,20 @@ fn a_computer_that_is_too_hot_is_told_once_and_when_it_is_right_again() {
 #[test]
 fn a_day_has_no_more_light_than_the_rig_allows_also_after_a_resume() {
     for programme in [None, Some(day(180))] {
-        cap_holds(programme.as_ref());
+        // An hour, and as many photons: 12 steps.
+        let hour = LightLimits { most_h: Some(1.0), ..LightLimits::default() };
+        let photons = LightLimits { most_mol: Some(0.0361), flux: vec![10.0; 2], ..LightLimits::default() };
+        for light in [hour, photons] {
+            cap_holds(&light, programme.as_ref());
+        }
     }
 }
 
-fn cap_holds(programme: Option<&Programme>) {
+fn cap_holds(light: &LightLimits, programme: Option<&Programme>) {
     let folder = tempfile::tempdir().unwrap();
     let part = |steps: usize| {
-        // An hour: 12 steps.
         let programme = programme.cloned();
-        let supervision = Supervision { max_light_h: Some(1.0), programme, ..Supervision::default() };
+        let supervision = Supervision { light: light.clone(), programme, ..Supervision::default() };
         let (mut world, hand) = open_with(folder.path(), true, Wrong::default(), supervision).unwrap();
         let mut left = steps;
         let mut watch = |_: &_| {

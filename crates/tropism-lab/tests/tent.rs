@@ -13,7 +13,7 @@ use small_tent::small_tent;
 use tropism::control::{Controller, Periodic};
 use tropism::environment::run;
 use tropism::geometry::Point;
-use tropism::lamps::{Layout, Light};
+use tropism::lamps::{Colour, Lamp, Layout, Light};
 use tropism::lighting::{Allowed, Lighting};
 use tropism::observation::{Observation, Quality};
 use tropism::photo::Photo;
@@ -123,6 +123,27 @@ fn levels_are_recorded_and_go_on_after_an_interruption() {
         error.contains("found 2 lit lamps") && error.contains("wanted one lamp at full power"),
         "{error}"
     );
+}
+
+#[test]
+fn models_learn_under_a_red_base_light() {
+    let mut lamps = Layout::default().lamps().to_vec();
+    lamps.push(Lamp::new("top", [0.0, 80.0, 0.0]).with_colour(Colour::Red));
+    let layout = Layout::new(lamps).unwrap();
+    let greenhouse =
+        Greenhouse { layout, allowed: Allowed::Any { most_lit: 2, budget: 2.0 }, ..small_tent() };
+    let grown = |base: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let day = programme(&[&format!("from = '00:00'\nto = '24:00'\nbase = '{base}'")], &greenhouse);
+        let steering = &mut Periodic::new(6, &greenhouse.layout);
+        let (track, truth, _) =
+            record_under(Some(&day), steering, &greenhouse, &[], folder.path(), 12, usize::MAX);
+        let shifts = track.shifts().map(|(.., light)| light).collect::<Vec<_>>();
+        (shifts, truth)
+    };
+    let ((lights, plant), (_, without)) = (grown("top:200"), grown("dark"));
+    assert_eq!(lights, [[Light::LEFT; 6], [Light::RIGHT; 6]].concat());
+    assert_eq!(plant, without, "the plant does not bend to red light");
 }
 
 fn programme(parts: &[&str], greenhouse: &Greenhouse) -> Programme {

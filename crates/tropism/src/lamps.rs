@@ -142,6 +142,56 @@ impl UnknownLight {
     }
 }
 
+/// The colour of a lamp. A fixture of several channels is several lamps at one place.
+///
+/// ```
+/// use tropism::lamps::Colour;
+/// assert_eq!(Colour::FarRed.name(), "far_red");
+/// assert!(Colour::White.steers() && !Colour::Red.steers()); // phototropins absorb blue light
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Colour {
+    /// 400 to 500 nm, to which shoots bend; that of a lamp of which nothing else is said.
+    #[default]
+    Blue,
+    /// All of daylight, blue among it.
+    White,
+    /// 600 to 700 nm: feeds the plant.
+    Red,
+    /// 700 to 750 nm.
+    FarRed,
+}
+
+impl Colour {
+    /// All colours.
+    pub const ALL: [Self; 4] = [Self::Blue, Self::White, Self::Red, Self::FarRed];
+
+    /// Name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Blue => "blue",
+            Self::White => "white",
+            Self::Red => "red",
+            Self::FarRed => "far_red",
+        }
+    }
+
+    /// Whether controllers choose among lamps of this colour: shoots bend to its blue light.
+    #[must_use]
+    pub const fn steers(self) -> bool {
+        matches!(self, Self::Blue | Self::White)
+    }
+
+    /// Files leave out the usual colour.
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+    fn is_usual(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
 /// One lamp of a layout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -151,13 +201,22 @@ pub struct Lamp {
     pub name: String,
     /// Place in cm from the root: x to the right, y up from the soil, z towards the camera.
     pub at: [f64; 3],
+    /// Colour. Blue if it is left out.
+    #[serde(default, skip_serializing_if = "Colour::is_usual")]
+    pub colour: Colour,
 }
 
 impl Lamp {
-    /// A lamp `name` at `at`, in cm.
+    /// A blue lamp `name` at `at`, in cm.
     #[must_use]
     pub fn new(name: &str, at: [f64; 3]) -> Self {
-        Self { name: name.to_owned(), at }
+        Self { name: name.to_owned(), at, colour: Colour::Blue }
+    }
+
+    /// The same lamp in another colour.
+    #[must_use]
+    pub fn with_colour(self, colour: Colour) -> Self {
+        Self { colour, ..self }
     }
 }
 
@@ -186,6 +245,9 @@ pub enum LayoutError {
     /// Too few or too many lamps.
     #[error("found {0} lamps, wanted 2 to {MAX_LAMPS}")]
     Count(usize),
+    /// No lamp to which plants bend.
+    #[error("found no blue or white lamp, wanted at least one: plants do not bend to others")]
+    NoneSteers,
     /// A name that files cannot hold, or `dark`.
     #[error("found a lamp named {0:?}, wanted 1 to 24 letters, digits, - or _, other than {DARK}")]
     Name(String),
@@ -220,7 +282,10 @@ impl Layout {
         if !(2..=MAX_LAMPS).contains(&lamps.len()) {
             return Err(LayoutError::Count(lamps.len()));
         }
-        for (number, Lamp { name, at }) in lamps.iter().enumerate() {
+        if !lamps.iter().any(|lamp| lamp.colour.steers()) {
+            return Err(LayoutError::NoneSteers);
+        }
+        for (number, Lamp { name, at, .. }) in lamps.iter().enumerate() {
             let is_plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
             if name.is_empty() || name.len() > 24 || name == DARK || !name.chars().all(is_plain) {
                 return Err(LayoutError::Name(name.clone()));
@@ -269,6 +334,15 @@ impl Layout {
         (0..self.lamps.len() as u8).map(Light)
     }
 
+    /// The lights among which controllers choose: those of lamps whose [`Colour`] steers.
+    pub fn steering(&self) -> impl Iterator<Item = Light> + use<'_> {
+        self.lights().filter(|light| self.steers(*light))
+    }
+
+    fn steers(&self, light: Light) -> bool {
+        self.lamps.get(light.index()).is_some_and(|lamp| lamp.colour.steers())
+    }
+
     /// Whether `light` is one of this layout.
     #[must_use]
     pub const fn contains(&self, light: Light) -> bool {
@@ -293,14 +367,15 @@ impl Layout {
         parse_among(&names, word)
     }
 
-    /// The light that `light` is in a mirror (x changes sign); `None` where no lamp stands at the mirrored place.
+    /// The light that `light` is in a mirror (x changes sign); `None` where no lamp of its colour stands at the mirrored place.
     #[must_use]
     pub fn mirrored(&self, light: Light) -> Option<Light> {
         /// Two places are one within this, in cm. Chosen: less than the size of a lamp.
         const SAME_CM: f64 = 0.5;
-        let [x, y, z] = self.lamps.get(light.index())?.at;
+        let Lamp { at: [x, y, z], colour, .. } = *self.lamps.get(light.index())?;
         let is_image = |lamp: &Lamp| {
-            [lamp.at[0] + x, lamp.at[1] - y, lamp.at[2] - z].iter().all(|apart| apart.abs() <= SAME_CM)
+            let apart = [lamp.at[0] + x, lamp.at[1] - y, lamp.at[2] - z];
+            lamp.colour == colour && apart.iter().all(|apart| apart.abs() <= SAME_CM)
         };
         self.lamps.iter().position(is_image).and_then(Light::new)
     }
@@ -315,7 +390,7 @@ impl Layout {
     /// matrices for (x, z), the identity among them. In such an image an experiment is one under the same lamps.
     ///
     /// "About" is a third of the angle between lamps that stand evenly around the plant: the paper's two stand 8 cm behind it.
-    /// Lamps right above the root stay where they are.
+    /// Lamps right above the root stay where they are, and lamps that do not steer do not count.
     ///
     /// ```
     /// use tropism::lamps::Layout;
@@ -326,7 +401,7 @@ impl Layout {
     pub fn symmetries(&self) -> Vec<[[f64; 2]; 2]> {
         let around = |lamp: &Lamp| {
             let [x, _, z] = lamp.at;
-            (hypot(x, z) > 0.0).then(|| atan2(z, x))
+            (lamp.colour.steers() && hypot(x, z) > 0.0).then(|| atan2(z, x))
         };
         let angles: Vec<f64> = self.lamps.iter().filter_map(around).collect();
         let about = TAU / (3 * angles.len().max(1)) as f64;
@@ -367,22 +442,23 @@ impl Layout {
         found
     }
 
-    /// The side of a lamp: the sign of its x, 0 in the middle.
+    /// The side to which a lamp draws: the sign of its x, 0 in the middle and for a lamp that does not steer.
     #[must_use]
     pub fn side(&self, light: Light) -> f64 {
-        let x = self.lamps.get(light.index()).map_or(0.0, |lamp| lamp.at[0]);
+        let x =
+            self.lamps.get(light.index()).filter(|lamp| lamp.colour.steers()).map_or(0.0, |lamp| lamp.at[0]);
         if x == 0.0 { 0.0 } else { x.signum() }
     }
 
-    /// The lamp on the side of `x`: the one whose x is least or greatest.
+    /// The lamp that draws to the side of `x`: of those that steer the one whose x is least or greatest.
     #[must_use]
     pub fn towards(&self, is_right: bool) -> Light {
         let sign = if is_right { 1.0 } else { -1.0 };
         let reach = |light: &Light| sign * self.lamps[light.index()].at[0];
-        self.lights().max_by(|a, b| reach(a).total_cmp(&reach(b)).then(b.cmp(a))).unwrap_or(Light::LEFT)
+        self.steering().max_by(|a, b| reach(a).total_cmp(&reach(b)).then(b.cmp(a))).unwrap_or(Light::LEFT)
     }
 
-    /// The lamp whose direction from the root, seen from above, is nearest to that of (x, z).
+    /// The lamp that steers and whose direction from the root, seen from above, is nearest to that of (x, z).
     ///
     /// ```
     /// use tropism::lamps::{Layout, Light};
@@ -397,7 +473,7 @@ impl Layout {
             let far = hypot(lamp_x, lamp_z);
             if far > 0.0 { (lamp_x * x + lamp_z * z) / far } else { 0.0 }
         };
-        self.lights().max_by(|a, b| cosine(a).total_cmp(&cosine(b)).then(b.cmp(a))).unwrap_or(Light::LEFT)
+        self.steering().max_by(|a, b| cosine(a).total_cmp(&cosine(b)).then(b.cmp(a))).unwrap_or(Light::LEFT)
     }
 }
 
@@ -489,10 +565,32 @@ mod tests {
     }
 
     #[test]
+    fn a_red_lamp_steers_nothing_and_has_a_red_image() {
+        let [left, right] = Layout::wahby2016().lamps.try_into().unwrap();
+        let top = Lamp::new("top", [-60.0, 80.0, 0.0]).with_colour(Colour::Red);
+        let layout = Layout::new(vec![top, left, right]).unwrap();
+        let [top, left, right] = layout.lights().collect::<Vec<_>>().try_into().unwrap();
+        assert_eq!(
+            (layout.towards(false), layout.towards(true), layout.along(-1.0, 0.0)),
+            (left, right, left)
+        );
+        assert_eq!((layout.side(top), layout.side(left)), (0.0, -1.0));
+        assert_eq!(layout.steering().collect::<Vec<_>>(), [left, right]);
+        assert_eq!(layout.symmetries(), Layout::wahby2016().symmetries());
+        let pair = ["a", "b"].map(|name| Lamp::new(name, [if name == "a" { -9.0 } else { 9.0 }, 10.0, 0.0]));
+        let [a, b] = pair;
+        assert!(!Layout::new(vec![a, b.with_colour(Colour::Red)]).unwrap().is_symmetric());
+        let text = serde_json::to_string(&layout).unwrap();
+        assert!(text.contains(r#""colour":"red""#) && !text.contains("blue"), "{text}");
+        assert_eq!(serde_json::from_str::<Layout>(&text).unwrap(), layout);
+    }
+
+    #[test]
     fn layouts_that_cannot_be_are_refused() {
         let lamp = |name: &str| Lamp::new(name, [0.0; 3]);
         let error = |lamps: &[Lamp]| Layout::new(lamps.to_vec()).unwrap_err().to_string();
         assert!(error(&[lamp("a")]).contains("found 1 lamps, wanted 2 to 16"));
+        assert!(error(&["a", "b"].map(|name| lamp(name).with_colour(Colour::Red))).contains("do not bend"));
         assert!(error(&[lamp("a"), lamp("dark")]).contains("\"dark\""));
         assert!(error(&[lamp("a"), lamp("b c")]).contains("\"b c\""));
         assert!(error(&[lamp("a"), lamp("a")]).contains("two lamps named \"a\""));

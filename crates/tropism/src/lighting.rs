@@ -101,6 +101,23 @@ impl Lighting {
             .fold(Self::DARK, |lighting, (light, level)| lighting.with(light, level))
     }
 
+    /// The light to which a plant bends: the one lamp that steers and is lit, if at full power, or none; `None` where several
+    /// steer or a level is below it. Lamps of other colours do not count.
+    ///
+    /// ```
+    /// use tropism::lamps::{Colour, Lamp, Layout, Light};
+    /// use tropism::lighting::Lighting;
+    /// let mut lamps = Layout::wahby2016().lamps().to_vec();
+    /// lamps.push(Lamp::new("top", [0.0, 80.0, 0.0]).with_colour(Colour::Red));
+    /// let layout = Layout::new(lamps).unwrap();
+    /// assert_eq!(Lighting::parse("left+top:40", &layout).unwrap().bending(&layout), Some(Some(Light::LEFT)));
+    /// assert_eq!(Lighting::parse("left:40+top", &layout).unwrap().bending(&layout), None);
+    /// ```
+    #[must_use]
+    pub fn bending(self, layout: &Layout) -> Option<Option<Light>> {
+        layout.steering().fold(Self::DARK, |lit, light| lit.with(light, self.level(light))).single()
+    }
+
     /// Each lamp at the level that `level` makes of its levels in both.
     #[must_use]
     pub fn zip(self, other: Self, level: impl Fn(u8, u8) -> u8) -> Self {

@@ -327,7 +327,7 @@ fn check<'p>(
     let not_allowed =
         |steered: String| |source| PartProblem::NotAllowed { base: part.base.clone(), steered, source };
     allowed.permit(base).map_err(not_allowed(String::new()))?;
-    for light in layout.lights().filter(|_| part.steer) {
+    for light in layout.steering().filter(|_| part.steer) {
         let both = base.zip(light.into(), u8::max);
         let steered = format!(" with the steered lamp {}", layout.name(Some(light)));
         allowed.permit(both).map_err(not_allowed(steered))?;

@@ -327,15 +327,16 @@ impl Track {
 
     /// Pairs of samples one step apart, with the light that was lit between them.
     ///
-    /// Left out are pairs with a gap between them, pairs in the dark or under several lamps or levels, and pairs of which
-    /// either tip was carried forward: a held value is no measurement.
+    /// Left out are pairs with a gap between them, pairs in the dark or under several lamps that steer or their levels, and
+    /// pairs of which either tip was carried forward: a held value is no measurement.
     pub fn shifts(&self) -> impl Iterator<Item = (Point, Point, Light)> {
-        self.samples.windows(2).filter_map(|pair| {
+        self.samples.windows(2).filter_map(move |pair| {
             let (before, after) = (&pair[0], &pair[1]);
             let is_measured =
                 before.quality != Quality::CarriedForward && after.quality != Quality::CarriedForward;
             let is_next = after.step == before.step.wrapping_add(1);
-            before.light.filter(|_| is_measured && is_next).map(|light| (before.tip, after.tip, light))
+            let light = before.lighting().bending(&self.layout).flatten()?;
+            (is_measured && is_next).then_some((before.tip, after.tip, light))
         })
     }
 

@@ -8,6 +8,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use tropism_lab::check::{CheckPlan, CheckResults, Finding, Group, ProblemReport, Rehearsal, Verdict};
 use tropism_lab::units::plural;
 
+use super::light_meter;
 use crate::progress::execute;
 use crate::shell::Shell;
 
@@ -21,6 +22,7 @@ use crate::shell::Shell;
     tropism check rig.toml --only camera,flash\n  \
     tropism check rig.toml --rehearse --data /media/ssd\n  \
     tropism check rig.toml --json > commissioning.json\n  \
+    tropism check rig.toml --light\n  \
     tropism check rig.toml --dry --report problem.md --run bean")]
 pub(crate) struct Check {
     /// Rig file
@@ -30,6 +32,10 @@ pub(crate) struct Check {
     /// Switch nothing, photograph nothing, send nothing
     #[arg(long, conflicts_with = "rehearse")]
     dry: bool,
+
+    /// Light each lamp in turn and ask for the reading of a light meter at the plant; prints `umol` for [lamps]
+    #[arg(long, conflicts_with_all = ["dry", "only", "rehearse", "photographs", "report"])]
+    light: bool,
 
     /// Check only these groups
     #[arg(long, value_name = "GROUP,...", value_parser = group_parser(), value_delimiter = ',')]
@@ -79,6 +85,9 @@ fn group_parser() -> impl TypedValueParser<Value = Group> {
 
 impl Check {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        if self.light {
+            return light_meter::measure(&self.rig, shell);
+        }
         let rehearsal = match self.rehearse {
             Some(steps) => {
                 let program = std::env::current_exe().context("cannot find this program")?;

@@ -12,6 +12,7 @@ mod fit;
 mod forecast;
 mod grow;
 mod lamp;
+mod light_meter;
 mod man;
 mod measure;
 mod node;

@@ -221,7 +221,7 @@ impl Environment for Witnessed {
 
 /// The lamps of `layout` in turn from a random one on, each for a random time.
 fn random_schedule(seed: u64, plant: u32, layout: &Layout, steps: usize, period_min: f64) -> Schedule {
-    let all: Vec<Light> = layout.lights().collect();
+    let all: Vec<Light> = layout.steering().collect();
     let mut draws = NoiseStream::new(seed, Purpose::Schedule, [plant, 0, 0]).of_seedling();
     let mut lamp = (draws.uniform() * all.len() as f64) as usize;
     let mut lights = Vec::with_capacity(steps + 1);

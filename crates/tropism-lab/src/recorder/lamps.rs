@@ -1,7 +1,6 @@
 //! Decisions and the lamps: what becomes of a decision by the programme and the cap of light, commanded again until it is
 //! confirmed, and lit while nothing is decided.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use tropism::environment::Environment;
@@ -28,43 +27,6 @@ pub(super) struct Command {
     pub(super) decided: Lighting,
     /// What the programme makes of it: the lighting of the lamps.
     pub(super) lighting: Lighting,
-}
-
-/// The steps after which a lamp was lit.
-#[derive(Debug, Default)]
-pub(super) struct LightHours {
-    steps: VecDeque<u32>,
-    /// Whether there is no light left to give.
-    is_spent: bool,
-}
-
-impl LightHours {
-    /// Those of a run that is resumed: where the journal has a command, a lamp may have been lit.
-    pub(super) fn of(steps: &[StepRecord]) -> Self {
-        let is_lit = |step: &&StepRecord| step.commanded().is_some_and(|lighting| lighting != Lighting::DARK);
-        let lit = steps.iter().filter(is_lit).map(|step| step.step);
-        Self { steps: lit.collect(), is_spent: false }
-    }
-
-    pub(super) fn add(&mut self, step: u32) {
-        if !self.has(step) {
-            self.steps.push_back(step);
-        }
-    }
-
-    /// Whether it is the latest of them: a step whose decision is repeated after an interruption counts once.
-    fn has(&self, step: u32) -> bool {
-        self.steps.back() == Some(&step)
-    }
-
-    /// Hours of light in the 24 hours that end with a lamp lit from `step` to the next one.
-    fn within_a_day(&mut self, step: u32, period_min: f64) -> f64 {
-        let is_past = |lit: &u32| f64::from(step + 1 - lit) * period_min > 24.0 * 60.0;
-        while self.steps.front().is_some_and(is_past) {
-            self.steps.pop_front();
-        }
-        (self.steps.len() + usize::from(!self.has(step))) as f64 * period_min / 60.0
-    }
 }
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
@@ -114,12 +76,12 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     fn command_lamps(&mut self, step: u32, decided: Lighting) -> Result<(), RecordError> {
         let acting = self.acting();
         let lighting = acting.map_or(decided, |acting| acting.lighting(decided));
-        if lighting != Lighting::DARK && self.is_light_spent(step)? {
+        if lighting != Lighting::DARK && self.is_light_spent(step, lighting)? {
             return self.record_programme(step, acting, Lighting::DARK);
         }
         self.record_programme(step, acting, lighting)?;
         if lighting != Lighting::DARK {
-            self.light_hours.add(step);
+            self.light_day.add(step, lighting);
         }
         (self.command, self.is_confirmed) = (Some(Command { step, decided, lighting }), false);
         let mut failure = None;
@@ -142,27 +104,22 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         Ok(())
     }
 
-    /// Whether the lamps had all the light of 24 hours; then they are dark, and the decision is not confirmed.
-    fn is_light_spent(&mut self, step: u32) -> Result<bool, RecordError> {
-        let Some(most_h) = self.supervision.max_light_h else { return Ok(false) };
-        let is_spent = self.light_hours.within_a_day(step, self.rig.period_min()) > most_h;
-        if is_spent {
-            self.command = None;
-            let dark = self.rig.light(None);
-            if !self.light_hours.is_spent || dark.is_err() {
-                let text = match dark {
-                    Ok(()) => format!(
-                        "{most_h} hours of light in a day: all lamps are dark until there is room again"
-                    ),
-                    Err(error) => {
-                        format!("{most_h} hours of light in a day, and the lamps should be dark: {error}")
-                    }
-                };
-                self.report(EventKind::Lamp, text)?;
-            }
+    /// Whether the lamps would give more light than a day has; then they are dark, and the decision is not confirmed.
+    fn is_light_spent(&mut self, step: u32, lighting: Lighting) -> Result<bool, RecordError> {
+        let (limits, period_min) = (&self.supervision.light, self.rig.period_min());
+        let exceeded = limits.exceeded_by(self.light_day.with(step, lighting, limits, period_min));
+        let was_spent = std::mem::replace(&mut self.is_light_spent, exceeded.is_some());
+        let Some(limit) = exceeded else { return Ok(false) };
+        self.command = None;
+        let dark = self.rig.light(None);
+        if !was_spent || dark.is_err() {
+            let text = match dark {
+                Ok(()) => format!("{limit}: all lamps are dark until there is room again"),
+                Err(error) => format!("{limit}, and the lamps should be dark: {error}"),
+            };
+            self.report(EventKind::Lamp, text)?;
         }
-        self.light_hours.is_spent = is_spent;
-        Ok(is_spent)
+        Ok(true)
     }
 
     /// Sets the lamps as commanded and records their confirmation. Returns the failure of the lamps, if they failed.
@@ -189,7 +146,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
                 Some(Command { decided, .. }) if self.supervision.programme.is_some() => {
                     self.command_lamps(step, decided)?;
                 }
-                Some(Command { lighting, .. }) if lighting != Lighting::DARK => self.light_hours.add(step),
+                Some(Command { lighting, .. }) if lighting != Lighting::DARK => {
+                    self.light_day.add(step, lighting);
+                }
                 _ => {}
             }
             return Ok(());

@@ -27,8 +27,9 @@ use tropism_rig::secret::shown;
 use crate::files::{self, FileError};
 use crate::folder::{FolderError, PhotoFolder, RunFolder};
 use crate::journal::{Journal, JournalError, SideRecord, StepRecord};
+use crate::light_day::{LightDay, LightLimits};
 use health::Health;
-use lamps::{Command, LightHours};
+use lamps::Command;
 use replay::Replay;
 
 /// What a full disk means for a run.
@@ -42,8 +43,8 @@ pub struct Supervision<'a> {
     pub lamps_in_view: Option<LampsInView>,
     /// When the controller steers in the course of a day, and a base light; `None` for day and night.
     pub programme: Option<Programme>,
-    /// Hours of light at most in any 24 hours; `None` for no limit.
-    pub max_light_h: Option<f64>,
+    /// Light at most in any 24 hours.
+    pub light: LightLimits,
     /// Who hears of events, and may ask for an end.
     pub monitor: Box<dyn RunMonitor + 'a>,
 }
@@ -55,7 +56,7 @@ impl Default for Supervision<'_> {
             policy: FaultPolicy::unlimited(),
             lamps_in_view: None,
             programme: None,
-            max_light_h: None,
+            light: LightLimits::default(),
             monitor: Box::new(NoMonitor),
         }
     }
@@ -115,7 +116,9 @@ pub struct Recorder<'a, C, L: Lamps, F, K> {
     command: Option<Command>,
     /// Whether the lamps confirmed the last command.
     is_confirmed: bool,
-    light_hours: LightHours,
+    light_day: LightDay,
+    /// Whether there is no light left to give.
+    is_light_spent: bool,
     health: Health,
     /// Whether the disk is too full for photographs.
     is_disk_full: bool,
@@ -145,7 +148,8 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
             observed: 0,
             command: None,
             is_confirmed: false,
-            light_hours: LightHours::of(&steps),
+            light_day: LightDay::of(&steps),
+            is_light_spent: false,
             health: Health::of(&steps, &events),
             replay: Replay::new(steps, memory_frames),
             is_disk_full: false,

@@ -26,6 +26,7 @@ use crate::error::Error;
 use crate::files;
 use crate::folder::RunFolder;
 use crate::journal::Journal;
+use crate::light_day::LightLimits;
 use crate::monitor::Monitor;
 use crate::recorder::{RecordError, Recorder, Supervision};
 use crate::sequences;
@@ -133,7 +134,7 @@ impl RunPlan {
             policy: rig.fault_policy(),
             lamps_in_view: rig.lamps_in_view.clone(),
             programme: rig.programme().map_err(Error::at("rig"))?,
-            max_light_h: rig.lamps.as_ref().and_then(|lamps| lamps.max_light_h),
+            light: LightLimits::of(rig),
             monitor: Box::new(monitors),
         };
         let mut recorder = Recorder::new(open.rig, folder, supervision)?;

@@ -77,7 +77,7 @@ struct Search<'s> {
 /// The best schedule that the search finds on `plant`; `None` after `may_go_on` said no.
 pub(super) fn search(plant: &Specimen, task: &Task, may_go_on: &dyn Fn() -> bool) -> Option<Schedule> {
     let block_steps = ((BLOCK_MIN / plant.period_min()).round() as u32).max(1);
-    let search = Search { lights: plant.layout().lights().collect(), block_steps, may_go_on };
+    let search = Search { lights: plant.layout().steering().collect(), block_steps, may_go_on };
     let start = Growing::begin(plant.clone(), task);
     let starts = [search.beam(&start)?, search.greedy(&start)];
     let mut best = (f64::NEG_INFINITY, Vec::new());
@@ -225,7 +225,8 @@ mod tests {
     fn a_schedule_grows_the_plant_that_a_controller_grows() {
         let species = Species::default();
         let trial = Trial::new(&species);
-        let search = Search { lights: trial.layout.lights().collect(), block_steps: 1, may_go_on: &|| true };
+        let search =
+            Search { lights: trial.layout.steering().collect(), block_steps: 1, may_go_on: &|| true };
         let task = task();
         let track = trial.grow(3, &mut Periodic::new(10, &trial.layout), &task, &mut unwatched);
         let schedule: Vec<Light> = track.samples.iter().filter_map(|sample| sample.light).collect();

@@ -10,7 +10,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use tropism::lamps::{self, Layout};
+use tropism::lamps::{self, Colour, Layout};
 use tropism::lighting::Allowed;
 use tropism::rig::{Lamps, OnExit, RigError};
 
@@ -23,6 +23,19 @@ use crate::switch::Interlock;
 
 /// Darkness between one lamp and another if `pause_s` is left out: chosen, longer than a relay or a plug takes to open.
 const PAUSE: Seconds = Seconds::new(0.2);
+
+/// `value`, if it is above 0 and at most `most`.
+fn positive(value: f64, most: f64, unit: &str) -> Result<f64, String> {
+    if value > 0.0 && value <= most {
+        return Ok(value);
+    }
+    Err(format!("found {value}, wanted above 0 and at most {most} {unit}"))
+}
+
+/// The lamps that a table names.
+fn names<T>(table: &BTreeMap<String, T>) -> Box<dyn Iterator<Item = &str> + '_> {
+    Box::new(table.keys().map(String::as_str))
+}
 
 /// The lamps of a rig, and how they are switched.
 ///
@@ -45,9 +58,18 @@ pub struct LampsTable {
     pub allowed: Allowed,
     /// Hours of light at most in any 24 hours, above 0 and at most 24; then all lamps are dark until there is room again.
     pub max_light_h: Option<f64>,
+    /// Photons at most in any 24 hours, in mol/m^2 at the plant, above 0 and at most 100; wants `umol` of each lamp.
+    pub max_mol: Option<f64>,
     /// Places by name, in cm from the root: x to the right, y up from the soil, z towards the camera.
     #[cfg_attr(feature = "schema", schemars(default))]
     pub at: BTreeMap<String, [f64; 3]>,
+    /// Colours by name. A lamp without one is blue; controllers choose among blue and white ones.
+    #[cfg_attr(feature = "schema", schemars(default))]
+    pub colours: BTreeMap<String, Colour>,
+    /// Photon flux density at the plant under each lamp at full power, by name, in µmol/m²/s: above 0 and at most 3000. `tropism
+    /// check --light` asks for a meter's readings.
+    #[cfg_attr(feature = "schema", schemars(default))]
+    pub umol: BTreeMap<String, f64>,
     /// State of the lamps after a run ends, for any reason. Dark if it is left out.
     #[cfg_attr(feature = "schema", schemars(default))]
     pub on_exit: OnExit,
@@ -118,7 +140,10 @@ impl<'de> Deserialize<'de> for LampsTable {
                     pause_s: None,
                     allowed: Allowed::One,
                     max_light_h: None,
+                    max_mol: None,
                     at: BTreeMap::new(),
+                    colours: BTreeMap::new(),
+                    umol: BTreeMap::new(),
                     on_exit: OnExit::default(),
                 };
                 while let Some(key) = map.next_key::<String>()? {
@@ -128,14 +153,22 @@ impl<'de> Deserialize<'de> for LampsTable {
                         "pause_s" => table.pause_s = Some(map.next_value()?),
                         "allowed" => table.allowed = map.next_value()?,
                         "max_light_h" => {
-                            let hours: f64 = map.next_value()?;
-                            if !(hours > 0.0 && hours <= 24.0) {
-                                let problem = format!("found {hours}, wanted above 0 and at most 24 hours");
-                                return Err(M::Error::custom(problem));
-                            }
-                            table.max_light_h = Some(hours);
+                            let hours = positive(map.next_value()?, 24.0, "hours");
+                            table.max_light_h = Some(hours.map_err(M::Error::custom)?);
+                        }
+                        "max_mol" => {
+                            let photons = positive(map.next_value()?, 100.0, "mol/m²");
+                            table.max_mol = Some(photons.map_err(M::Error::custom)?);
                         }
                         "at" => table.at = map.next_value()?,
+                        "colours" => table.colours = map.next_value()?,
+                        "umol" => {
+                            table.umol = map.next_value()?;
+                            for (name, &flux) in &table.umol {
+                                let checked = positive(flux, 3000.0, "µmol/m²/s");
+                                checked.map_err(|error| M::Error::custom(format!("umol.{name}: {error}")))?;
+                            }
+                        }
                         "on_exit" => table.on_exit = map.next_value()?,
                         _ if table.lamps.iter().any(|lamp| lamp.name == key) => {
                             return Err(M::Error::custom(format!("found two lamps {key}, wanted one")));
@@ -178,8 +211,17 @@ impl Serialize for LampsTable {
         if let Some(hours) = &self.max_light_h {
             map.serialize_entry("max_light_h", hours)?;
         }
+        if let Some(photons) = &self.max_mol {
+            map.serialize_entry("max_mol", photons)?;
+        }
         if !self.at.is_empty() {
             map.serialize_entry("at", &self.at)?;
+        }
+        if !self.colours.is_empty() {
+            map.serialize_entry("colours", &self.colours)?;
+        }
+        if !self.umol.is_empty() {
+            map.serialize_entry("umol", &self.umol)?;
         }
         map.serialize_entry("on_exit", &self.on_exit)?;
         map.end()
@@ -187,13 +229,16 @@ impl Serialize for LampsTable {
 }
 
 impl LampsTable {
-    /// Names and places of the lamps.
+    /// Names, places and colours of the lamps.
     ///
     /// # Errors
     /// A line that names the lamp: one without a place, a place without a lamp, or what [`Layout::new`] refuses.
     pub fn layout(&self) -> Result<Layout, String> {
-        if let Some(name) = self.at.keys().find(|name| self.lamps.iter().all(|lamp| lamp.name != **name)) {
-            return Err(format!("lamps.at: found a place of {name}, wanted only the lamps of [lamps]"));
+        let keys = [("at", names(&self.at)), ("colours", names(&self.colours)), ("umol", names(&self.umol))];
+        for (key, mut of_key) in keys {
+            if let Some(name) = of_key.find(|name| self.lamps.iter().all(|lamp| lamp.name != *name)) {
+                return Err(format!("lamps.{key}: {name} is no lamp of [lamps]"));
+            }
         }
         let standard = Layout::four_sides();
         let place = |name: &str| {
@@ -205,8 +250,17 @@ impl LampsTable {
                 )
             })
         };
-        let lamps = self.lamps.iter().map(|lamp| Ok(lamps::Lamp::new(&lamp.name, place(&lamp.name)?)));
+        let lamps = self.lamps.iter().map(|NamedLamp { name, .. }| {
+            let colour = self.colours.get(name).copied().unwrap_or_default();
+            Ok(lamps::Lamp::new(name, place(name)?).with_colour(colour))
+        });
         Layout::new(lamps.collect::<Result<_, String>>()?).map_err(|error| format!("lamps: {error}"))
+    }
+
+    /// Photon flux density under each lamp at full power, in the order of the lamps, in µmol/m²/s; `None` unless all are known.
+    #[must_use]
+    pub fn flux(&self) -> Option<Vec<f64>> {
+        self.lamps.iter().map(|lamp| self.umol.get(&lamp.name).copied()).collect()
     }
 
     /// The lamps that have drivers, with their names.
@@ -233,6 +287,15 @@ impl LampsTable {
         }
         if let Err(problem) = self.allowed.check() {
             return vec![format!("lamps.allowed: {problem}")];
+        }
+        if let Some(lamp) = self.lamps.iter().find(|lamp| !self.umol.contains_key(&lamp.name))
+            && self.max_mol.is_some()
+        {
+            return vec![format!(
+                "lamps.max_mol: photons are counted by the umol of each lamp, and {} has none: measure it with `tropism check \
+                 --light`",
+                lamp.name
+            )];
         }
         match (self.drivers().next(), self.commands().next()) {
             (Some((driver, _)), Some((command, _))) => {

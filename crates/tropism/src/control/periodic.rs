@@ -41,7 +41,7 @@ impl Periodic {
     #[must_use]
     pub fn every(steps_each: f64, layout: &Layout) -> Self {
         assert!(steps_each >= 1.0 && steps_each.is_finite(), "a lamp is lit for at least one step");
-        Self { lights: layout.lights().collect(), steps_each, step: 0 }
+        Self { lights: layout.steering().collect(), steps_each, step: 0 }
     }
 
     /// The same turns, beginning with the lamp `first`; unchanged if the layout has no such lamp.

@@ -151,7 +151,7 @@ impl<M: PlantModel<Plant: Sync> + Send> Planner<M> {
             std::iter::once(0.0).chain(config.offsets_cm.iter().copied()).map(rule).collect();
         let holds = config.holds_min.iter().flat_map(|&minutes| {
             let steps = (minutes / model.period_min()).round().max(1.0) as u32;
-            layout.lights().map(move |light| Choice::Hold(light, steps))
+            layout.steering().map(move |light| Choice::Hold(light, steps))
         });
         let choices = (0..rules.len()).map(Choice::Rule).chain(holds).collect();
         Ok(Self {

@@ -229,7 +229,7 @@ impl SensorState {
         let in_plane = || task.way().into_iter().map(|target| [target.x, target.y, 0.0]).collect();
         let front = |lamp: &Lamp| {
             let [x, _, z] = lamp.at;
-            if z.abs() > x.abs() { z.signum() } else { 0.0 }
+            if lamp.colour.steers() && z.abs() > x.abs() { z.signum() } else { 0.0 }
         };
         Self {
             sensors: sensors.clone(),

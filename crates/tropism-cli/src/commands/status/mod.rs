@@ -78,6 +78,9 @@ fn run_text(status: &RunStatus) -> String {
     if let Some(programme) = &status.programme {
         add("programme", programme.to_string());
     }
+    if let Some(light) = status.light.filter(|light| light.hours > 0.0) {
+        add("light", format!("{light} in the latest 24 h"));
+    }
     let folder = shell_word(&status.run);
     if let Some(lamp) = &status.still_lit {
         add("lamp", format!("{lamp} MAY STILL BE LIT: tropism safe-state {folder} puts it off"));

@@ -5,6 +5,7 @@
 
 use super::measured::{MeasuredPlant, tip_of};
 use super::shape::{Angles, Modes, Place, SEGMENTS, Scores, Stem, tilts};
+use crate::lamps::Layout;
 use crate::math::statistics::{mean, standard_deviation};
 use crate::random::StepNoise;
 use crate::track::Sample;
@@ -88,13 +89,13 @@ impl<const AXES: usize> Past<AXES> {
     pub(super) fn draw(
         samples: &[Sample],
         most_steps: usize,
-        period_min: f64,
+        (layout, period_min): (&Layout, f64),
         (modes, errors): (&Modes, &Errors),
         noise: &mut StepNoise,
     ) -> Self {
         let last = &samples[samples.len() - 1];
         let from = samples.partition_point(|sample| sample.step as usize + most_steps < last.step as usize);
-        let plant = MeasuredPlant::<AXES>::of_samples(&samples[from..], most_steps);
+        let plant = MeasuredPlant::<AXES>::of_samples(&samples[from..], layout, most_steps);
         let rests: Vec<[Angles; AXES]> =
             plant.stems.iter().flatten().map(|stem| modes.rest(tilts(stem))).collect();
         let rest = drawn_mean(&rests, noise);

@@ -72,8 +72,8 @@ fn stem_of<const AXES: usize>(seen: &Observation) -> Option<Stem<AXES>> {
 }
 
 impl<const AXES: usize> MeasuredPlant<AXES> {
-    /// The first `steps` steps of `samples`.
-    pub(super) fn of_samples(samples: &[Sample], steps: usize) -> Self {
+    /// The first `steps` steps of `samples`, under the lamps of `layout`.
+    pub(super) fn of_samples(samples: &[Sample], layout: &Layout, steps: usize) -> Self {
         let mut plant = Self { tips: Vec::new(), stems: Vec::new(), lights: Vec::new() };
         let first = samples.first().map_or(0, |sample| sample.step);
         for sample in samples {
@@ -84,11 +84,11 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
             plant.tips.resize(step + 1, None);
             plant.stems.resize(step + 1, None);
             plant.lights.resize(step + 1, Lit::Unknown);
-            plant.lights[step] = match (sample.light, sample.levels) {
-                (Some(light), _) => Lit::Lamp(light),
-                (None, None) => Lit::Dark,
+            plant.lights[step] = match sample.lighting().bending(layout) {
+                Some(Some(light)) => Lit::Lamp(light),
+                Some(None) => Lit::Dark,
                 // The model is of one lamp.
-                (None, Some(_)) => Lit::Unknown,
+                None => Lit::Unknown,
             };
             if sample.quality != Quality::CarriedForward {
                 let seen = sample.observation();
@@ -106,7 +106,11 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
             |sample: &&Sample| sample.quality != Quality::CarriedForward && sample.tip.y >= USED_HEIGHT_CM;
         let high = track.samples.iter().find(is_high);
         let risen = high.map_or(usize::MAX, |sample| sample.step.wrapping_sub(first) as usize);
-        Self::of_samples(&track.samples, risen.max((USED_MIN / track.period_min).ceil() as usize))
+        Self::of_samples(
+            &track.samples,
+            &track.layout,
+            risen.max((USED_MIN / track.period_min).ceil() as usize),
+        )
     }
 
     /// Mean of the lowest points of the stems.
@@ -254,7 +258,7 @@ impl<const AXES: usize> MeasuredPlants<AXES> {
     /// images of each other. In space each lamp has its direction.
     fn check(&self) -> Result<(), ModelError> {
         let Self { layout, period_min, plants, .. } = self;
-        let mut sides: Vec<f64> = layout.lights().map(|light| layout.side(light)).collect();
+        let mut sides: Vec<f64> = layout.steering().map(|light| layout.side(light)).collect();
         sides.sort_by(f64::total_cmp);
         if AXES == 1 && !(sides == [-1.0, 1.0] && layout.is_symmetric()) {
             let names: Vec<&str> = layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect();

@@ -335,7 +335,8 @@ impl<const AXES: usize> PlantModel for StemModel<AXES> {
         let Self { measured, modes, windows, errors, .. } = self;
         let mut plant = self.seedling(past[past.len() - 1].tip, noise);
         let steps = windows.oldest_light().max(windows.oldest_change());
-        let seen = Past::<AXES>::draw(past, steps, measured.period_min, (modes, errors), noise);
+        let setting = (&measured.layout, measured.period_min);
+        let seen = Past::<AXES>::draw(past, steps, setting, (modes, errors), noise);
         if let Some(tip) = seen.tip {
             let StemState { body, .. } = &plant;
             plant.body = Body::upright(modes, windows, body.gain, body.stem[0], tip);
@@ -355,7 +356,8 @@ impl<const AXES: usize> PlantModel for StemModel<AXES> {
     /// does. Residuals and growth stay those of the measured plant.
     fn twins(&self, past: &[Sample], noises: &mut [StepNoise]) -> Vec<StemState<AXES>> {
         let Self { measured, modes, windows, .. } = self;
-        let learning = rows(&MeasuredPlant::of_samples(past, usize::MAX), measured, modes, windows);
+        let past_steps = MeasuredPlant::of_samples(past, &measured.layout, usize::MAX);
+        let learning = rows(&past_steps, measured, modes, windows);
         let posterior = posterior_of(&learning, &self.scale);
         let twin = |noise: &mut StepNoise| {
             let mut plant = self.resumed(past, noise);
