@@ -54,6 +54,36 @@ for (const browser of BROWSERS) {
     await until(async () => (await tabs[2].textContent("#frame")) !== frame, "photographs still come");
   });
 
+  test(`without a shared worker hidden tabs hold no stream, and a stop reaches the plant (${browser})`, async (t) => {
+    const cwd = folder(t);
+    live(t, cwd, "bean");
+    const { address, state } = await network(t, (await studio(t, cwd)).address);
+    const context = await visitor(t, {}, browser);
+    // Opened in the background, as by the middle button of the mouse.
+    await context.addInitScript(() => {
+      delete window.SharedWorker;
+      window.isBehind = location.hash === "#behind";
+      Object.defineProperty(Document.prototype, "hidden", { get: () => window.isBehind });
+      Object.defineProperty(Document.prototype, "visibilityState", { get: () => (window.isBehind ? "hidden" : "visible") });
+    });
+    const behind = [];
+    for (let number = 0; number < 7; number++) behind.push(await tab(context, `${address}run?at=bean#behind`));
+    const seen = await tab(context, `${address}run?at=bean`);
+    await isShown(seen);
+    const streams = () => state.asked.filter((line) => line.includes("/api/stream")).length;
+    assert.equal(streams(), 1);
+    await seen.bringToFront();
+    await askToStop(seen);
+    await becomes(seen, /Stopped/, 5);
+    // One that comes to the front listens.
+    await behind[0].evaluate(() => {
+      window.isBehind = false;
+      document.dispatchEvent(new Event("visibilitychange"));
+    });
+    await becomes(behind[0], /Stopped/);
+    assert.equal(streams(), 2);
+  });
+
   test(`Escape does nothing, whatever was answered before (${browser})`, async (t) => {
     const cwd = folder(t);
     await run(t, cwd, "grow", "--plants", "2", "--out", "tracks");
@@ -112,7 +142,7 @@ for (const browser of BROWSERS) {
     assert.notEqual(photo(), before);
     const other = await tab(context, `${address}run?at=bean`);
     await isShown(other);
-    assert.equal(await kept(other), photo());
+    await until(async () => (await kept(other).catch(() => "")) === photo(), "another page shows the new run");
     // The old tab begins anew by itself.
     await until(async () => (await kept(opened).catch(() => "")) === photo(), "the open page shows the new run");
   });

@@ -12,7 +12,7 @@ const HUB = "tropism hub 1";
 const listeners = new Map();
 /** @type {MessagePort} */
 let port;
-/** Whether all tabs share a connection. Where they do not, a hidden tab gives its own up. */
+/** Whether all tabs share a connection. Where they do not, a hidden tab has none: a browser opens six to one address. */
 let isShared = true;
 
 /** @param {MessagePort} to */
@@ -32,8 +32,10 @@ function useOwn() {
   import("./hub.js").then(({ join }) => join(port2));
   use(port1);
 }
-/** @param {Listener} listener */
-const ask = ({ key, topic, at }) => port.postMessage({ listen: { key, topic, at } });
+/** A hidden tab without a share asks when it is seen. @param {Listener} listener */
+function ask({ key, topic, at }) {
+  if (isShared || !document.hidden) port.postMessage({ listen: { key, topic, at } });
+}
 /** @param {Listener} listener */
 const drop = ({ key }) => port.postMessage({ drop: key });
 

@@ -117,6 +117,8 @@ export function listen(topic, at, take, lost = () => {}, refused = refuse) {
     else if (event) take(data);
   });
   const timer = setInterval(() => {
+    // Nobody sees it, and it may have given its connection up.
+    if (document.hidden) return;
     const silent = Date.now() - heard;
     if (silent <= CUT_OFF_MS && !isLost) return;
     if (!isLost) tell(true);
