@@ -3,11 +3,13 @@
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use tropism::text::{plain_json, plain_lines};
+use tropism_lab::units;
 use tropism_rig::secret::shown;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -98,7 +100,8 @@ impl Shell {
         print(&plain_json(&serde_json::to_string(json)?))
     }
 
-    /// Shows a progress line with the time left. If stderr is no terminal, prints one line at the beginning and one at the end.
+    /// Shows a progress line with the time left. If stderr is no terminal, prints a line at the beginning, at the end, and every
+    /// half minute.
     pub(crate) fn progress(&self, name: &str, total: u64) -> Progress {
         let is_shown = !self.is_quiet && self.is_terminal;
         let target =
@@ -114,7 +117,8 @@ impl Shell {
         }
         let has_lines = !self.is_quiet && !self.is_terminal;
         let is_quiet = self.is_quiet;
-        Progress { bar, name: name.to_owned(), started: Instant::now(), has_lines, is_quiet }
+        let lines = has_lines.then(|| Lines { total, said: Mutex::new((Instant::now(), 0)) });
+        Progress { bar, name: name.to_owned(), started: Instant::now(), lines, is_quiet }
     }
 }
 
@@ -133,25 +137,54 @@ fn print(text: &str) -> anyhow::Result<()> {
     }
 }
 
+/// A line of progress: share of the units that are finished, and the time left by the pace of those that were not skipped.
+fn line_of(name: &str, [finished, skipped, total]: [u64; 3], elapsed: Duration) -> String {
+    let percent = 100 * finished / total.max(1);
+    let pace = elapsed.as_secs_f64() / finished.saturating_sub(skipped).max(1) as f64;
+    let left_s = pace * total.saturating_sub(finished) as f64;
+    format!("{name} ... {percent} %, about {} left", units::time(left_s))
+}
+
 /// A progress line on stderr. It ends when it is dropped.
 pub(crate) struct Progress {
     bar: ProgressBar,
     name: String,
     started: Instant,
-    has_lines: bool,
+    /// Where there is no terminal.
+    lines: Option<Lines>,
     is_quiet: bool,
 }
+
+/// Lines of progress where there is no terminal.
+struct Lines {
+    total: u64,
+    /// When the latest was printed, and the units that were finished before the command was resumed.
+    said: Mutex<(Instant, u64)>,
+}
+
+/// Time between lines of progress where there is no terminal.
+const LINE_EVERY: Duration = Duration::from_secs(30);
 
 impl Progress {
     /// Adds `count` finished units.
     pub(crate) fn add(&self, count: u64) {
         self.bar.inc(count);
+        let Some(lines) = &self.lines else { return };
+        // A thread that panicked while it printed leaves numbers that can still be read.
+        let (latest, skipped) = &mut *lines.said.lock().unwrap_or_else(PoisonError::into_inner);
+        if latest.elapsed() >= LINE_EVERY {
+            *latest = Instant::now();
+            tell(&line_of(&self.name, [self.bar.position(), *skipped, lines.total], self.started.elapsed()));
+        }
     }
 
     /// Adds `count` units that were finished before the command was resumed; the time left is not estimated from them.
     pub(crate) fn skip(&self, count: u64) {
         self.bar.inc(count);
         self.bar.reset_eta();
+        if let Some(lines) = &self.lines {
+            lines.said.lock().unwrap_or_else(PoisonError::into_inner).1 += count;
+        }
     }
 
     /// Prints a line for people above the progress line.
@@ -170,8 +203,21 @@ impl Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
-        if self.has_lines {
+        if self.lines.is_some() {
             tell(&format!("{} ... {:.1} s", self.name, self.started.elapsed().as_secs_f64()));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_tells_the_share_and_the_time_left_by_the_pace_since_the_resume() {
+        let line = |finished, skipped| line_of("evolve", [finished, skipped, 400], Duration::from_secs(30));
+        assert_eq!(line(100, 0), "evolve ... 25 %, about 90 s left");
+        assert_eq!(line(100, 50), "evolve ... 25 %, about 3 min left");
+        assert_eq!(line(400, 400), "evolve ... 100 %, about 0 s left");
     }
 }

@@ -127,12 +127,24 @@ impl Figures {
         self.drawn.push(report::over_time(tracks, &hours, plants));
     }
 
-    /// Figures 6a and 6b: fitness over the generations of all runs, and of their median.
+    /// Figures 6a and 6b: fitness over the generations of all runs, and of the median one.
     pub(crate) fn add_evolution(&mut self, history: &EvolutionHistory, unit: &str, plants: Plants) {
-        self.drawn.push(report::fitness_boxes(&history.best, unit, plants));
-        if let Some(run) = history.typical_run() {
-            self.drawn.push(report::fitness_run(run, &history.best[run], &history.mean[run], unit, plants));
+        if let Some(run) = history.median_run() {
+            self.add_evolution_with(history, (run, report::MEDIAN_AT_END), unit, plants);
         }
+    }
+
+    /// Figures 6a and 6b: fitness over the generations of all runs, and of one, with the reason why it is shown.
+    pub(crate) fn add_evolution_with(
+        &mut self,
+        history: &EvolutionHistory,
+        (run, why): (usize, &str),
+        unit: &str,
+        plants: Plants,
+    ) {
+        self.drawn.push(report::fitness_boxes(&history.best, unit, plants));
+        let of_run = [&history.best[run], &history.mean[run]].map(Vec::as_slice);
+        self.drawn.push(report::fitness_run(run, why, of_run, unit, plants));
     }
 
     /// Figure 8: the track of a steered plant between its targets, in space where its depth is known. `remark` follows the name
@@ -149,9 +161,10 @@ impl Figures {
         let around = surroundings(run);
         let in_space = report::in_space("8", &title_in_space, &run.track, &around, run.plants());
         self.drawn.push(in_space.unwrap_or_else(|| {
-            let goals = Goals::of(&run.config.task);
-            let fitness = (run.fitness(), run.config.task.best_fitness());
-            report::steering("8", &title, &run.track, &goals, fitness, run.plants())
+            let task = &run.config.task;
+            let fitness = (run.fitness(), task.best_fitness_of(&run.track));
+            let title = with_distances(&title, task, &run.track);
+            report::steering("8", &title, &run.track, &Goals::of(task), fitness, run.plants())
         }));
     }
 
@@ -275,6 +288,14 @@ pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
         head: head.map(str::to_owned).to_vec(),
         rows: runs.iter().map(row).collect(),
     }
+}
+
+/// A title with the distances of the tip of `track` from the targets of `task`, where it has any.
+pub(crate) fn with_distances(title: &str, task: &Task, track: &Track) -> String {
+    if task.targets.is_empty() {
+        return title.to_owned();
+    }
+    format!("{title}; {} cm from the targets", distances(task, &[track]))
 }
 
 /// The median distance of the tips from each target at its height, in cm: `0.4, 1.2, -`.

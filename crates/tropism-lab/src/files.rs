@@ -82,7 +82,10 @@ pub struct TomlError {
 
 impl TomlError {
     fn new(text: &str, error: toml::de::Error) -> Self {
-        let message = error.message().trim().replace('\n', "; ");
+        let mut message = error.message().trim().replace('\n', "; ");
+        if let Some((_, place)) = MISPLACED.iter().find(|(key, _)| message.starts_with(key)) {
+            message = format!("{place}; {message}");
+        }
         let line = match error.span().and_then(|span| text.get(..span.start)) {
             None => message,
             Some(before) => {
@@ -94,6 +97,10 @@ impl TomlError {
         Self { line, error }
     }
 }
+
+/// Keys that people write where other programs have them, and where they stand here.
+const MISPLACED: [(&str, &str); 1] =
+    [("unknown field `neat`", "the parameters of NEAT stand in the table [evolution.neat]")];
 
 /// The most characters of a line that are printed of it: a longer one is hardly a setting, but another kind of file.
 const MOST_OF_LINE: usize = 200;
@@ -805,6 +812,10 @@ mod tests {
         for (text, wanted) in [
             ("\nnumber = \"five\"\n", "line 2: found \"number = \\\"five\\\"\": invalid type: string"),
             ("numbr = 5", "line 1: found \"numbr = 5\": unknown field `numbr`, expected `number`"),
+            (
+                "[neat]",
+                "line 1: found \"[neat]\": the parameters of NEAT stand in the table [evolution.neat]; unknown",
+            ),
             ("number = ", "line 1: found \"number =\": "),
             ("number", "line 1"),
         ] {

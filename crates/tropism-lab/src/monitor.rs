@@ -1,6 +1,8 @@
 //! How a workflow reports what it is doing, and how it is asked to stop.
 
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
+use std::sync::{Mutex, PoisonError};
 
 use tropism::rig::Event;
 use tropism::track::Sample;
@@ -106,6 +108,25 @@ impl Monitor for Part<'_> {
     }
 }
 
+/// The monitor of a whole with many like parts: what several of them note is told once.
+pub(crate) struct NotedOnce<'a> {
+    pub(crate) monitor: &'a dyn Monitor,
+    pub(crate) noted: Mutex<BTreeSet<String>>,
+}
+
+impl Monitor for NotedOnce<'_> {
+    fn next(&self) -> Option<&dyn Monitor> {
+        Some(self.monitor)
+    }
+
+    fn note(&self, line: &str) {
+        // A thread that panicked between two notes leaves a set that can still be read.
+        if self.noted.lock().unwrap_or_else(PoisonError::into_inner).insert(line.to_owned()) {
+            self.monitor.note(line);
+        }
+    }
+}
+
 /// The monitor of a stage of a whole, such as `3/7`: its title stands before the names of the stage's own stages.
 pub(crate) struct Titled<'a> {
     pub(crate) monitor: &'a dyn Monitor,
@@ -119,5 +140,27 @@ impl Monitor for Titled<'_> {
 
     fn stage(&self, name: &str, total: u64) {
         self.monitor.stage(&format!("{} {name}", self.title), total);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_parts_note_alike_is_told_once() {
+        #[derive(Default)]
+        struct Listener(Mutex<Vec<String>>);
+        impl Monitor for Listener {
+            fn note(&self, line: &str) {
+                self.0.lock().unwrap().push(line.to_owned());
+            }
+        }
+        let listener = Listener::default();
+        let once = NotedOnce { monitor: &listener, noted: Mutex::default() };
+        for line in ["virtual", "slow", "virtual"] {
+            Part(&once).note(line);
+        }
+        assert_eq!(*listener.0.lock().unwrap(), ["virtual", "slow"]);
     }
 }

@@ -42,7 +42,10 @@ pub struct TrackScore {
     pub task_from: TaskSource,
     /// Fitness: of targets eq. (9), in cm; round a pole in turns.
     pub fitness: f64,
-    /// The best fitness there can be; `None` where it is not known.
+    /// The fitness to the letter of eq. (9) and by approach, in cm; `None` for a task with another score.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub both_readings: Option<[f64; 2]>,
+    /// The best fitness there can be from where the track begins; `None` where it is not known.
     pub best: Option<f64>,
     /// Number of steps.
     pub steps: usize,
@@ -94,7 +97,8 @@ impl Workflow for ScorePlan {
             Ok(TrackScore {
                 track: path.clone(),
                 fitness: task.fitness(&track),
-                best: task.best_fitness(),
+                both_readings: task.both_readings(&track),
+                best: task.best_fitness_of(&track),
                 steps: track.samples.len() - 1,
                 targets: task.crossings(&track),
                 is_done: task.is_done(&track),

@@ -6,14 +6,17 @@ use serde::{Deserialize, Serialize};
 use tropism::control::Controller;
 use tropism::environment::unwatched;
 use tropism::evolve::Trial;
+use tropism::math::statistics::mean;
 use tropism::observation::Quality;
 use tropism::plant::PlantModel;
 use tropism::random::{NoiseStream, Purpose};
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
+use tropism_bean::Species;
 
 use crate::controller::ControllerSpec;
 use crate::journal::{StepRecord, lights_that_acted};
+use crate::reach::note_out_of_reach;
 use crate::run::RunConfig;
 use crate::sequences;
 use crate::{Error, Monitor, Silent, Workflow, files, model};
@@ -194,6 +197,9 @@ pub struct SimulateResults {
     pub mean_fitness: f64,
     /// Standard deviation of the fitness.
     pub sd_fitness: f64,
+    /// Mean fitness to the letter of eq. (9) and by approach, in cm; `None` for a task with another score.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub both_readings: Option<[f64; 2]>,
     /// Greatest possible fitness; `None` where it is not known.
     pub best: Option<f64>,
     /// Share of steps at which the model has no data, 0 to 1.
@@ -219,7 +225,9 @@ impl Workflow for SimulatePlan {
     fn perform(&self, monitor: &dyn Monitor) -> Result<SimulateResults, Error> {
         let model = model::read_for(&self.model, &self.task, monitor)?;
         self.controller.check(model.layout(), model.period_min())?;
-        let (mut fitness, mut without_data, mut first) = (Vec::new(), 0.0, None::<Track>);
+        note_out_of_reach(&self.task, &Species::default(), monitor);
+        let (mut fitness, mut both_readings) = (Vec::new(), Vec::new());
+        let (mut without_data, mut first) = (0.0, None::<Track>);
         for episode in 0..self.episodes {
             let mut controller = self.controller.build(&self.task, model.layout(), model.period_min());
             let mut watch = |_: &Sample| monitor.answer();
@@ -228,6 +236,7 @@ impl Workflow for SimulatePlan {
                 return Err(Error::cancelled());
             }
             fitness.push(self.task.fitness(&track));
+            both_readings.extend(self.task.both_readings(&track));
             without_data += model.share_without_data(&track.samples);
             first.get_or_insert(track);
         }
@@ -238,6 +247,8 @@ impl Workflow for SimulatePlan {
             episodes: self.episodes,
             mean_fitness: trial.mean,
             sd_fitness: trial.sd,
+            both_readings: (!both_readings.is_empty())
+                .then(|| [0, 1].map(|reading| mean(both_readings.iter().map(|both| both[reading])))),
             best: self.task.best_fitness(),
             steps_without_data: without_data / f64::from(trial.plants),
         })

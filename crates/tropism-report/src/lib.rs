@@ -47,7 +47,7 @@ pub use colour::style;
 pub use comparison::{ComparedRuns, fitness_compared, values_compared};
 pub use composite::{Composite, composite};
 pub use decision::{SteeredTrack, decision, decision_text, rule};
-pub use evolution::{fitness_boxes, fitness_run};
+pub use evolution::{MEDIAN_AT_END, fitness_boxes, fitness_run};
 pub use film::{Film, FilmStep};
 pub use forecast::{ForecastErrors, ForecastPanel, forecast_errors};
 pub use kinematics::{KinematicValue, kinematics};
@@ -252,7 +252,7 @@ mod tests {
             trajectories(tracks, Plants::Real),
             directions(tracks, Plants::Real),
             fitness_boxes(runs, "cm", Plants::ModelOfReal),
-            fitness_run(0, best, best, "cm", Plants::ModelOfReal),
+            fitness_run(0, "one of all", [best, best], "cm", Plants::ModelOfReal),
             steering("8", "Reality", first, &goals, (-3.25, Some(15.0)), Plants::Real),
             steering("8", "Reality", first, &Goals::default(), (0.0, None), Plants::Real),
             over_time(tracks, &[], Plants::Real),

@@ -407,7 +407,7 @@ mod tests {
         ];
         figures.extend(report::shift_maps(&tracks, plants));
         figures.push(report::fitness_boxes(&[fitness.clone(), fitness.clone()], "cm", plants));
-        figures.push(report::fitness_run(0, &fitness, &fitness, "cm", plants));
+        figures.push(report::fitness_run(0, "one of all", [&fitness, &fitness], "cm", plants));
         let goals = report::Goals {
             targets: vec![Point::new(3.0, 6.0), Point::new(-5.0, 9.0)],
             ..report::Goals::default()

@@ -31,7 +31,13 @@ pub(crate) fn fitness(best: &[Vec<f64>], mean: &[Vec<f64>]) -> Value {
     let of = |runs: &[Vec<f64>]| runs.get(median).cloned().unwrap_or_default();
     answer(vec![
         report::fitness_boxes(best, "cm", Plants::ModelOfVirtual),
-        report::fitness_run(median, &of(best), &of(mean), "cm", Plants::ModelOfVirtual),
+        report::fitness_run(
+            median,
+            report::MEDIAN_AT_END,
+            [&of(best), &of(mean)],
+            "cm",
+            Plants::ModelOfVirtual,
+        ),
     ])
 }
 
@@ -43,7 +49,7 @@ pub(crate) fn steered(
     seed: u64,
 ) -> Result<Value, SessionError> {
     let track = simulate(champion, model, task, seed, 0)?;
-    let fitness = (task.fitness(&track), task.best_fitness());
+    let fitness = (task.fitness(&track), task.best_fitness_of(&track));
     let title = "Simulated plant";
     Ok(answer(vec![report::steering("7a", title, &track, &Goals::of(task), fitness, Plants::ModelOfVirtual)]))
 }

@@ -3,6 +3,7 @@
 mod baseline;
 mod calibrate;
 mod calibrate_camera;
+mod light_meter;
 mod check;
 mod completions;
 mod depth;
@@ -12,7 +13,6 @@ mod fit;
 mod forecast;
 mod grow;
 mod lamp;
-mod light_meter;
 mod man;
 mod measure;
 mod node;

@@ -37,8 +37,14 @@ impl Score {
 }
 
 fn text(scores: &[TrackScore]) -> String {
-    let mut text = String::from("fitness  steps  distance to each target at its height (cm)  track\n");
-    for TrackScore { track, fitness, steps, targets, is_done, .. } in scores {
+    let has_readings = scores.iter().any(|score| score.both_readings.is_some());
+    let readings = if has_readings { "letter  approach  " } else { "" };
+    let mut text = format!("fitness  {readings}steps  distance to each target at its height (cm)  track\n");
+    for TrackScore { track, fitness, steps, targets, is_done, both_readings, .. } in scores {
+        let readings = match both_readings {
+            Some([letter, approach]) => format!("{letter:6.2}  {approach:8.2}  "),
+            None => " ".repeat(readings.len()),
+        };
         let distance = |crossing: &Option<_>| {
             crossing.map_or("-".to_owned(), |tropism::task::Crossing { distance_cm, .. }| {
                 format!("{distance_cm:.2}")
@@ -50,7 +56,7 @@ fn text(scores: &[TrackScore]) -> String {
             Some(false) => "  (did not do the task)",
             None => "",
         };
-        text += &format!("{fitness:7.2}  {steps:5}  {distances:<44}  {}{done}\n", track.display());
+        text += &format!("{fitness:7.2}  {readings}{steps:5}  {distances:<44}  {}{done}\n", track.display());
     }
     let mean = scores.iter().map(|score| score.fitness).sum::<f64>() / scores.len() as f64;
     let is_one_task = scores.iter().all(|score| is_same_but_for_steps(&score.task, &scores[0].task));

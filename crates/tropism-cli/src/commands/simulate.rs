@@ -65,8 +65,11 @@ impl Simulate {
 }
 
 fn text(plan: &SimulatePlan, results: &SimulateResults) -> String {
+    let readings = results.both_readings.map_or_else(String::new, |[letter, approach]| {
+        format!("\neq. (9) to the letter {letter:.2}, by approach {approach:.2}")
+    });
     format!(
-        "fitness {} (sd {:.2}, {}); {:.1} % of steps where the model has no data\n\
+        "fitness {} (sd {:.2}, {}); {:.1} % of steps where the model has no data{readings}\n\
          wrote {}",
         plan.task.fitness_in_words(results.mean_fitness),
         results.sd_fitness,

@@ -19,8 +19,6 @@ pub struct EvolutionHistory {
     pub best: Vec<Vec<f64>>,
     /// Mean fitness of the generation.
     pub mean: Vec<Vec<f64>>,
-    /// Best fitness so far.
-    pub best_ever: Vec<Vec<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -28,7 +26,6 @@ struct HistoryRow {
     run: usize,
     best: f64,
     mean: f64,
-    best_ever: f64,
 }
 
 impl EvolutionHistory {
@@ -44,11 +41,7 @@ impl EvolutionHistory {
                 path: path.to_owned(),
                 problem: error.to_string(),
             })?;
-            let columns = [
-                (&mut history.best, row.best),
-                (&mut history.mean, row.mean),
-                (&mut history.best_ever, row.best_ever),
-            ];
+            let columns = [(&mut history.best, row.best), (&mut history.mean, row.mean)];
             for (runs, value) in columns {
                 if runs.len() <= row.run && row.run < MAX_RUNS {
                     runs.resize(row.run + 1, Vec::new());
@@ -78,11 +71,11 @@ impl EvolutionHistory {
         (10 * first < 9 * medians.len()).then_some(first + 1)
     }
 
-    /// A typical successful run: the one whose best fitness at the end is the upper median of all; `None` without runs.
+    /// The run whose last generation has the upper median of all best fitness; `None` without runs.
     #[must_use]
-    pub fn typical_run(&self) -> Option<usize> {
-        let at_end = |run: &usize| self.best_ever[*run].last().copied().unwrap_or(f64::NEG_INFINITY);
-        let mut order: Vec<usize> = (0..self.best_ever.len()).collect();
+    pub fn median_run(&self) -> Option<usize> {
+        let at_end = |run: &usize| self.best[*run].last().copied().unwrap_or(f64::NEG_INFINITY);
+        let mut order: Vec<usize> = (0..self.best.len()).collect();
         order.sort_by(|a, b| at_end(a).total_cmp(&at_end(b)).then(b.cmp(a)));
         order.get(order.len() / 2).copied()
     }
@@ -118,15 +111,7 @@ mod tests {
 
     fn history(best: &[[f64; 10]]) -> EvolutionHistory {
         let best: Vec<Vec<f64>> = best.iter().map(|run| run.to_vec()).collect();
-        let so_far = |run: &Vec<f64>| {
-            run.iter()
-                .scan(0.0_f64, |most, &value| {
-                    *most = most.max(value);
-                    Some(*most)
-                })
-                .collect()
-        };
-        EvolutionHistory { best_ever: best.iter().map(so_far).collect(), mean: best.clone(), best }
+        EvolutionHistory { mean: best.clone(), best }
     }
 
     #[test]
@@ -141,13 +126,13 @@ mod tests {
     }
 
     #[test]
-    fn the_typical_run_is_the_upper_median() {
+    fn the_median_run_is_the_upper_median() {
         let runs = [7.0, 1.0, 9.0, 8.0].map(|last| {
             let mut run = [0.0; 10];
             run[9] = last;
             run
         });
-        assert_eq!(history(&runs).typical_run(), Some(3));
-        assert_eq!(EvolutionHistory::default().typical_run(), None);
+        assert_eq!(history(&runs).median_run(), Some(3));
+        assert_eq!(EvolutionHistory::default().median_run(), None);
     }
 }

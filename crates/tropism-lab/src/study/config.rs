@@ -103,6 +103,13 @@ impl StudyConfig {
         Error::check_range("reality_plants", self.reality_plants, 10_000)?;
         Error::check_range("test_plants", self.test_plants, 100_000)?;
         self.task.check().map_err(Error::in_plan("task"))?;
+        if self.task.is_in_space() || self.task.is_about_stem() {
+            return Err(Error::Plan(format!(
+                "`task`: a study evolves on the paper's model of the tip, which knows no stem and no depth, as {} wants: grow \
+                 plants, fit a model of the stem, and `tropism evolve` on it",
+                self.task.title()
+            )));
+        }
         self.evolution.check().map_err(Error::in_plan("evolution"))?;
         self.rule.check().map_err(Error::in_plan("rule"))?;
         self.rig().check().map_err(|error| Error::Plan(error.to_string()))

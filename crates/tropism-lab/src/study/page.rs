@@ -11,7 +11,7 @@ use tropism_report::{self as report, Figure, Goals, Page, Plants, Table};
 use super::STAGES;
 use super::config::PHOTOGRAPHED;
 use super::results::{StudyFolder, StudyResults};
-use crate::figures::{Figures, distances, fitness_table};
+use crate::figures::{Figures, distances, fitness_table, with_distances};
 use crate::finished_run::FinishedRun;
 use crate::transfer::ControllerResults;
 use crate::{Error, champion, files};
@@ -173,10 +173,22 @@ impl StudyFolder {
         let typical = self.typical_run();
         all.add_setup(typical.or(self.open_loop.first()));
         all.add_open_loop_runs(&self.open_loop)?;
-        all.add_evolution(&self.history, self.config.task.kind.unit(), Plants::ModelOfVirtual);
         let runs = &self.evolution.runs;
         let mut order: Vec<usize> = (0..runs.len()).collect();
         order.sort_by(|&a, &b| runs[b].trial.mean.total_cmp(&runs[a].trial.mean));
+        let median = order[order.len() / 2];
+        let task = &self.config.task;
+        let steered = self.steered(&self.champions[median])?;
+        let success = match task.is_done(&steered) {
+            Some(true) => "successful: it visits all targets",
+            _ => "not successful: it does not visit all targets",
+        };
+        let why = format!(
+            "whose champion has the median of all means in the model, {:.2}, and is {success} ({} cm from them)",
+            runs[median].trial.mean,
+            distances(task, &[&steered])
+        );
+        all.add_evolution_with(&self.history, (median, &why), task.kind.unit(), Plants::ModelOfVirtual);
         let (best, worst) = (order[0], order[order.len() - 1]);
         let second = order.get(1).copied().unwrap_or(best);
         for (number, title, champion) in [
@@ -199,12 +211,17 @@ impl StudyFolder {
     }
 
     /// The track of a simulated plant that `champion` steers.
+    fn steered(&self, champion: &Champion) -> Result<Track, Error> {
+        let (task, seed) = (&self.config.task, self.config.seed);
+        champion::simulate(champion, &self.model, task, seed).map_err(Error::at("champion"))
+    }
+
+    /// Figure 7: its picture.
     fn simulated(&self, number: &'static str, title: &str, champion: &Champion) -> Result<Figure, Error> {
         let task = &self.config.task;
-        let track =
-            champion::simulate(champion, &self.model, task, self.config.seed).map_err(Error::at(title))?;
-        let fitness = (task.fitness(&track), task.best_fitness());
-        let title = format!("{title}; {} cm from the targets", distances(task, &[&track]));
+        let track = self.steered(champion)?;
+        let fitness = (task.fitness(&track), task.best_fitness_of(&track));
+        let title = with_distances(title, task, &track);
         Ok(report::steering(number, &title, &track, &Goals::of(task), fitness, Plants::ModelOfVirtual))
     }
 

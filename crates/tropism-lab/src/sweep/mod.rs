@@ -12,6 +12,7 @@ mod status;
 
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use serde::{Deserialize, Serialize};
@@ -28,7 +29,7 @@ pub(crate) use self::units::unit_folder;
 use self::units::units;
 use crate::comparison::SIGNIFICANT;
 use crate::lock::{FolderLock, LockError, lock};
-use crate::monitor::{Part, Titled};
+use crate::monitor::{NotedOnce, Part, Titled};
 use crate::workflow::check_same;
 use crate::{Error, Monitor, Workflow, files, model};
 
@@ -285,6 +286,7 @@ impl Sweep<'_> {
     }
 
     fn execute_all(&self, monitor: &dyn Monitor) -> Result<Vec<FinishedUnit>, Error> {
+        let monitor: &dyn Monitor = &NotedOnce { monitor, noted: Mutex::default() };
         if self.plan.config.is_of_replicates() {
             let one = |unit: &SweepUnit| {
                 let title = format!("{}/{}", unit.number, self.units.len());

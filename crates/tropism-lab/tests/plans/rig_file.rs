@@ -339,7 +339,7 @@ fn lamps_without_a_place_and_places_without_a_lamp_are_refused_by_name() {
     let top = problem("", &["left", "top"]);
     assert!(top.starts_with("lamps.top: found no place, wanted at = { top = [x, y, z] }"), "{top}");
     let floor = problem("at = { floor = [0, 1, 2] }\n", &["left", "right"]);
-    assert!(floor.contains("found a place of floor"), "{floor}");
+    assert!(floor.contains("lamps.at: floor is no lamp of [lamps]"), "{floor}");
     assert!(problem("", &["left", "-right-left-front-back-far-away"]).contains("found no place"));
     let (line, message) = error(&format!("{CAMERA}[lamps]\npause = 1\n"));
     assert_eq!(line, "pause = 1");

@@ -244,6 +244,14 @@ impl Task {
         self.kind.best(self, &Observation::simulated(self.start))
     }
 
+    /// The best fitness there can be from where `track` begins, where it is known.
+    ///
+    /// A seedling that stands farther from a target than the start of the task has a longer way to it.
+    #[must_use]
+    pub fn best_fitness_of(&self, track: &Track) -> Option<f64> {
+        self.kind.best(self, &track.samples.first()?.observation())
+    }
+
     /// [`Score::is_done`].
     #[must_use]
     pub fn is_done(&self, track: &Track) -> Option<bool> {
@@ -396,10 +404,9 @@ mod tests {
                 Sample::of(Observation { stem, ..seen }, step as u32, 0.0, None)
             });
             let track = Track::of(samples.collect());
-            let first = track.samples[0].observation();
             let apex = Some(Point::new(2.0, 5.0));
             for task in kinds().into_iter().chain([Task { apex, lean_deg: Some(20.0), ..Task::shape() }]) {
-                if let Some(best) = task.kind.best(&task, &first) {
+                if let Some(best) = task.best_fitness_of(&track) {
                     let fitness = task.fitness(&track);
                     prop_assert!(fitness <= best + 1e-9, "{}: {fitness} of at most {best}", task.title());
                 }

@@ -85,6 +85,13 @@ impl Task {
     pub(crate) fn reading(&self) -> Option<Reading> {
         self.has_score::<Targets>().then_some(self.score)
     }
+
+    /// The fitness of `track` by both readings of eq. (9): to the letter, and by approach; `None` for a task with another score.
+    #[must_use]
+    pub fn both_readings(&self, track: &Track) -> Option<[f64; 2]> {
+        self.reading()?;
+        Some([Reading::Letter, Reading::Approach].map(|reading| self.by(reading).fitness(track)))
+    }
 }
 
 impl Score for Targets {
