@@ -318,7 +318,7 @@ impl StudyResults {
                 row(
                     "Best evolved fitness (cm)",
                     cm(self.best_evolved),
-                    "Best single evaluation. Reproduced within 0.5.",
+                    "Best single evaluation. Reproduced within 0.5; here and below partly within twice as much.",
                 ),
             ),
             beside(
