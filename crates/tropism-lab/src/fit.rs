@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use tropism::lighting::Lighting;
 use tropism::math::statistics::range;
 use tropism::observation::Quality;
+use tropism::plant::PlantModel;
 use tropism::plant::tip::TipModelConfig;
 use tropism::text::plural;
 use tropism::track::{Sample, Track};
@@ -57,6 +58,8 @@ pub struct FitResults {
     pub is_virtual: bool,
     /// Number of shifts that the model is made of, without their mirror images.
     pub shifts: usize,
+    /// Whether it is made of their mirror images, too: each lamp has one of its colour in the layout.
+    pub is_mirrored: bool,
     /// Least and greatest x of the tips, in cm.
     pub x_cm: [f64; 2],
     /// Least and greatest y of the tips, in cm.
@@ -114,6 +117,7 @@ impl Workflow for FitPlan {
             tracks: tracks.len(),
             is_virtual,
             shifts: model.steps(),
+            is_mirrored: model.layout().is_symmetric(),
             x_cm: range(tips.iter().map(|tip| tip.x)),
             y_cm: range(tips.iter().map(|tip| tip.y)),
         })

@@ -25,13 +25,22 @@ impl OutOfRange {
     /// The error for `key`, whose value is `found`.
     #[must_use]
     pub fn new(key: impl Into<String>, found: impl Display, wanted: impl Into<String>) -> Self {
-        Self { key: key.into(), found: found.to_string(), wanted: wanted.into() }
+        Self { key: key.into(), found: short(found.to_string()), wanted: wanted.into() }
     }
 
     /// The same error for a setting inside `table`: its key becomes `table.key`.
     #[must_use]
     pub fn in_table(self, table: &str) -> Self {
         Self { key: format!("{table}.{}", self.key), ..self }
+    }
+}
+
+/// A number of more digits than anybody reads, such as 1e-300 written out, with an exponent; any other text as it is.
+fn short(text: String) -> String {
+    const MOST_DIGITS: usize = 24;
+    match text.parse::<f64>() {
+        Ok(number) if text.len() > MOST_DIGITS => format!("{number:e}"),
+        _ => text,
     }
 }
 
@@ -73,6 +82,7 @@ mod tests {
         for outside in [-0.1, 1.1, f64::NAN, f64::INFINITY] {
             assert!(within("share", outside, 0.0..=1.0).is_err(), "{outside}");
         }
+        assert_eq!(within("step", 1e-300, 1.0..=2.0).unwrap_err().found, "1e-300");
         assert_eq!(within("runs", 0_u32, 1..=9).unwrap_err().to_string(), "found runs = 0, wanted 1 to 9");
     }
 

@@ -108,9 +108,10 @@ impl Fit {
 /// `next` is the command that the model is for.
 fn text(results: &FitResults, next: &str) -> String {
     let FitResults { shifts, tracks, x_cm, y_cm, .. } = results;
+    let mirrored = if results.is_mirrored { ", mirrored" } else { "" };
     let of_plants = if results.is_virtual { " of virtual plants" } else { "" };
     format!(
-        "{} of {}{of_plants}, mirrored; tips at x {:.1} to {:.1} cm, y {:.1} to {:.1} cm\n\
+        "{} of {}{of_plants}{mirrored}; tips at x {:.1} to {:.1} cm, y {:.1} to {:.1} cm\n\
          wrote {out}\nnext: tropism {next} --model {word}",
         plural(*shifts, "shift"),
         plural(*tracks, "track"),
