@@ -207,6 +207,17 @@ mod tests {
     }
 
     #[test]
+    fn the_log_in_leads_back_to_every_page() {
+        let script = find("login.js").map(|ready| text(ready.asset)).unwrap_or_default();
+        let (_, pages) = script.split_once("/^(").unwrap();
+        let pages: Vec<&str> = pages.split_once(')').unwrap().0.split('|').collect();
+        for Ready { asset, .. } in READY.iter().filter(|ready| ready.asset.kind == HTML) {
+            let page = asset.name.trim_end_matches(".html");
+            assert!(matches!(page, "index" | "login") || pages.contains(&page), "{page}");
+        }
+    }
+
+    #[test]
     fn the_style_sheet_is_one_file() {
         let style = find("style.css").map(|ready| String::from_utf8_lossy(&ready.bytes)).unwrap_or_default();
         assert!(style.contains("color-scheme") && !style.contains("@import"));

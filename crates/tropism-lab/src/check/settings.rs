@@ -284,7 +284,7 @@ pub(super) fn examine_alerts(rig: &RigFile, findings: &mut Findings) {
         return;
     }
     let remedy = "its address, its secret, the network; curl from this computer shows more";
-    let alerts = match rig.open_alerts("tropism check") {
+    let alerts = match rig.open_alerts("tropism check", None) {
         Ok(alerts) => alerts,
         Err(error) => return findings.fail(Group::Alerts, error.to_string(), remedy),
     };

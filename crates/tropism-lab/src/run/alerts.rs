@@ -23,7 +23,7 @@ impl Alerts {
     pub(super) fn open(rig: &RigFile, out: &Path) -> Result<Self, Error> {
         let name =
             out.file_name().map_or_else(|| out.display().to_string(), |name| name.to_string_lossy().into());
-        rig.open_alerts(&name).map(Self).map_err(Error::at("alerts"))
+        rig.open_alerts(&name, Some(out)).map(Self).map_err(Error::at("alerts"))
     }
 
     /// Tells of a step of the run in the folder `out`, for heartbeats and the status at a broker.

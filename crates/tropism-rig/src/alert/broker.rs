@@ -14,7 +14,7 @@ use tropism::rig::RigError;
 
 use super::channel::{Channel, Command};
 use super::discovery::{STOP, announcement};
-use super::{AlertEvent, Kind, MqttAlert, Seen};
+use super::{AlertEvent, Kind, MqttAlert, Origin, Seen};
 use crate::mqtt::Broker;
 
 /// How long the thread listens to the broker before it reads commands: chosen by hand.
@@ -33,14 +33,14 @@ const MOST_BYTES: usize = 32 << 20;
 pub(super) fn start(
     broker: &Broker,
     alert: &MqttAlert,
-    run: &str,
+    origin: &Origin,
     is_stopped: Arc<AtomicBool>,
 ) -> Result<Channel, RigError> {
     let publisher = Publisher {
         broker: broker.opened()?,
         alert: alert.clone(),
-        run: run.to_owned(),
-        status: json!({"schema": "tropism.status/1", "run": run, "state": "running"}),
+        origin: origin.clone(),
+        status: json!({"schema": "tropism.status/1", "run": origin.run, "state": "running"}),
         is_status_new: true,
         seen: None,
         is_photograph_new: false,
@@ -55,7 +55,7 @@ pub(super) fn start(
 struct Publisher {
     broker: Broker,
     alert: MqttAlert,
-    run: String,
+    origin: Origin,
     /// The retained status.
     status: Value,
     is_status_new: bool,
@@ -83,7 +83,7 @@ impl Publisher {
     /// The announcement, once on each connection.
     fn announcement(&mut self) -> Option<(String, String)> {
         let is_new = !std::mem::replace(&mut self.is_announced, true);
-        let (topic, text) = announcement(&self.alert, &self.run).filter(|_| is_new)?;
+        let (topic, text) = announcement(&self.alert, &self.origin).filter(|_| is_new)?;
         Some((topic, text.to_string()))
     }
 
@@ -116,7 +116,7 @@ impl Publisher {
 
     fn connect(&self) -> (Client, Connection) {
         let name = format!("tropism-run-{}", std::process::id());
-        let will = json!({"schema": "tropism.status/1", "run": self.run, "state": "lost"}).to_string();
+        let will = json!({"schema": "tropism.status/1", "run": self.origin.run, "state": "lost"}).to_string();
         self.broker.connect(name, 16, |options| {
             options.set_keep_alive(15);
             options.set_max_packet_size(MOST_BYTES, MOST_BYTES);
@@ -133,7 +133,7 @@ impl Publisher {
                         self.is_photograph_new = self.alert.discovery.is_some();
                         self.seen = Some(seen.clone());
                     }
-                    let mut status = event.json(&self.run);
+                    let mut status = event.json(&self.origin);
                     status["schema"] = "tropism.status/1".into();
                     status["state"] = match event.kind {
                         Kind::Event(EventKind::Paused) => "paused",
@@ -211,7 +211,7 @@ impl Publisher {
                 client.try_publish(topic, QoS::AtLeastOnce, true, text)
             } else if let Some(event) = self.queue.front() {
                 in_flight = Some(true);
-                let text = event.json(&self.run).to_string();
+                let text = event.json(&self.origin).to_string();
                 client.try_publish(self.topic("event"), QoS::AtLeastOnce, false, text)
             } else if std::mem::take(&mut self.is_status_new) {
                 in_flight = Some(false);

@@ -7,13 +7,13 @@
 
 use serde_json::{Value, json};
 
-use super::MqttAlert;
+use super::{MqttAlert, Origin};
 
 /// What asks for an orderly end of the run in `TOPIC/command`.
 pub(super) const STOP: &str = "stop";
 
 /// The topic of the announcement, and the announcement. `None` unless the channel has `discovery`.
-pub(super) fn announcement(alert: &MqttAlert, run: &str) -> Option<(String, Value)> {
+pub(super) fn announcement(alert: &MqttAlert, origin: &Origin) -> Option<(String, Value)> {
     let prefix = alert.discovery.as_deref()?;
     // Home Assistant allows letters, digits, _ and - in an identifier.
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '-';
@@ -70,10 +70,13 @@ pub(super) fn announcement(alert: &MqttAlert, run: &str) -> Option<(String, Valu
     ]
     .into_iter()
     .collect();
-    let announcement = json!({
-        "device": {"identifiers": [id], "name": run, "manufacturer": "tropism", "model": "run", "sw_version": env!("CARGO_PKG_VERSION")},
+    let mut announcement = json!({
+        "device": {"identifiers": [id], "name": origin.run, "manufacturer": "tropism", "model": "run", "sw_version": env!("CARGO_PKG_VERSION")},
         "origin": {"name": "tropism", "sw_version": env!("CARGO_PKG_VERSION")},
         "components": components,
     });
+    if let Some(url) = &origin.url {
+        announcement["device"]["configuration_url"] = url.as_str().into();
+    }
     Some((format!("{prefix}/device/{id}/config"), announcement))
 }

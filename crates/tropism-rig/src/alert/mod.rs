@@ -11,6 +11,7 @@
 mod channel;
 mod discovery;
 mod broker;
+mod origin;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -31,6 +32,7 @@ use crate::mqtt::Broker;
 use crate::seconds::{Seconds, ten, twenty};
 use crate::secret::{host_alone, hosts_alone, redacted_text};
 use channel::{Channel, Pace};
+pub(crate) use origin::{Origin, check_page};
 
 /// Kind of an event: the kinds of the journal, and three more. One word in files and messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -163,11 +165,15 @@ impl AlertEvent {
     }
 
     /// A JSON object.
-    fn json(&self, run: &str) -> serde_json::Value {
-        serde_json::json!({
+    fn json(&self, Origin { run, url }: &Origin) -> serde_json::Value {
+        let mut object = serde_json::json!({
             "schema": "tropism.alert/1", "run": run, "kind": self.kind, "step": self.step,
             "text": self.shown(), "unix_s": self.unix_s,
-        })
+        });
+        if let Some(url) = url {
+            object["url"] = url.as_str().into();
+        }
+        object
     }
 }
 
@@ -310,7 +316,7 @@ impl Settings<'_> {
     }
 
     /// Reads the secrets and returns the sender of the channel; `None` for MQTT, which holds a connection instead.
-    fn sender(self, run: &str) -> Result<Option<Sender>, RigError> {
+    fn sender(self, origin: &Origin) -> Result<Option<Sender>, RigError> {
         let secret = |file: &Option<PathBuf>| file.as_deref().map(read_secret).transpose();
         let address = |url: &Option<String>, file: &Option<PathBuf>| match (url, file) {
             (Some(url), _) => Ok(url.clone()),
@@ -323,15 +329,15 @@ impl Settings<'_> {
             }
             (None, None) => Err(failed(self.name(), "found no address, wanted one")),
         };
-        let run = run.to_owned();
+        let origin = origin.clone();
         Ok(match self {
             Self::Ntfy(post) | Self::Webhook(post) => {
                 let (url, authorization) =
                     (address(&post.url, &post.url_file)?, secret(&post.authorization_file)?);
                 let timeout = post.timeout_s.duration();
                 Some(match self {
-                    Self::Ntfy(_) => Sender::Ntfy { url, authorization, timeout, run },
-                    _ => Sender::Webhook { url, authorization, timeout, run },
+                    Self::Ntfy(_) => Sender::Ntfy { url, authorization, timeout, origin },
+                    _ => Sender::Webhook { url, authorization, timeout, origin },
                 })
             }
             Self::Heartbeat(Heartbeat { url, url_file, timeout_s }) => {
@@ -348,8 +354,8 @@ impl Settings<'_> {
 /// Sends the messages of a channel.
 #[derive(Clone, Debug)]
 enum Sender {
-    Ntfy { url: String, authorization: Option<String>, timeout: Duration, run: String },
-    Webhook { url: String, authorization: Option<String>, timeout: Duration, run: String },
+    Ntfy { url: String, authorization: Option<String>, timeout: Duration, origin: Origin },
+    Webhook { url: String, authorization: Option<String>, timeout: Duration, origin: Origin },
     Heartbeat { url: String, timeout: Duration },
     Command { command: Vec<String>, timeout: Duration },
 }
@@ -373,18 +379,21 @@ impl Sender {
             return Ok(());
         };
         match self {
-            Self::Ntfy { url, authorization, timeout, run } => {
+            Self::Ntfy { url, authorization, timeout, origin } => {
                 let priority = if worst.is_urgent() { "high" } else { "default" };
-                let request = post(url, authorization.as_deref(), *timeout)
+                let mut request = post(url, authorization.as_deref(), *timeout)
                     .header("Title", format!("tropism: {}", worst.name()))
                     .header("Priority", priority);
-                check_answer(request.send(format!("{run}\n{}", lines.join("\n"))))
+                if let Some(page) = &origin.url {
+                    request = request.header("Click", page);
+                }
+                check_answer(request.send(format!("{}\n{}", origin.run, lines.join("\n"))))
             }
-            Self::Webhook { url, authorization, timeout, run } => {
+            Self::Webhook { url, authorization, timeout, origin } => {
                 for event in events {
                     let request = post(url, authorization.as_deref(), *timeout)
                         .header("Content-Type", "application/json");
-                    check_answer(request.send(event.json(run).to_string()))?;
+                    check_answer(request.send(event.json(origin).to_string()))?;
                 }
                 Ok(())
             }
@@ -426,7 +435,7 @@ pub struct Alerts {
 }
 
 impl Alerts {
-    /// Opens all channels; `run` is the run's name, `broker` the rig's.
+    /// Opens all channels of the run `origin`; `broker` is the rig's.
     ///
     /// # Errors
     /// [`RigError::Device`] if a secret cannot be read, or a channel wants a broker and there is none. A network that is
@@ -434,12 +443,12 @@ impl Alerts {
     pub(crate) fn open<'a>(
         settings: impl Iterator<Item = Settings<'a>>,
         broker: Option<&Broker>,
-        run: &str,
+        origin: &Origin,
     ) -> Result<Self, RigError> {
         let is_stopped = Arc::new(AtomicBool::new(false));
         let open = |settings: Settings<'_>| {
             let (name, on) = (settings.name(), settings.on());
-            match (settings.sender(run)?, settings) {
+            match (settings.sender(origin)?, settings) {
                 (Some(sender), _) => {
                     let pace = if name == "heartbeat" { Pace::HEARTBEAT } else { Pace::MESSAGES };
                     Ok(Channel::start(name, on, pace, move |events| sender.send(events)))
@@ -448,7 +457,7 @@ impl Alerts {
                     let broker = broker.ok_or_else(|| {
                         failed("alert (mqtt)", "found no [mqtt], wanted the host of the broker")
                     })?;
-                    broker::start(broker, alert, run, Arc::clone(&is_stopped))
+                    broker::start(broker, alert, origin, Arc::clone(&is_stopped))
                 }
                 (None, _) => Err(failed(name, "found no sender, wanted one")),
             }

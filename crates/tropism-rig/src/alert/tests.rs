@@ -25,10 +25,17 @@ fn event(kind: impl Into<Kind>, step: u32) -> AlertEvent {
     AlertEvent::now(kind, Some(step), format!("text {step}"))
 }
 
+/// The page of the run.
+const PAGE: &str = "http://greenhouse.local:8734/";
+
+fn origin() -> Origin {
+    Origin::new("bean", Some(PAGE), None)
+}
+
 fn open(text: &str, broker: Option<&Broker>) -> Alerts {
     let driver: AlertDriver = toml::from_str(text).unwrap();
     driver.check().unwrap();
-    Alerts::open(std::iter::once(driver.settings()), broker, "bean").unwrap()
+    Alerts::open(std::iter::once(driver.settings()), broker, &origin()).unwrap()
 }
 
 /// What a server was asked, in order.
@@ -80,11 +87,12 @@ fn ntfy_gets_title_priority_and_text_and_its_secret_stays_out_of_errors() {
     assert!(line.starts_with("POST /my-secret-topic "), "{line}");
     assert!(headers.contains("title: tropism: fault") && headers.contains("priority: high"), "{headers}");
     assert!(headers.contains("authorization: bearer tk_1"), "{headers}");
+    assert!(headers.contains(&format!("click: {PAGE}")), "{headers}");
     assert_eq!(body, "bean\nfault, step 7: text 7");
 
     std::fs::write(&address, "not-an-address secret\n").unwrap();
     let driver: AlertDriver = toml::from_str(&format!("driver = \"ntfy\"\nurl_file = {address:?}")).unwrap();
-    let error = Alerts::open(std::iter::once(driver.settings()), None, "bean").unwrap_err().to_string();
+    let error = Alerts::open(std::iter::once(driver.settings()), None, &origin()).unwrap_err().to_string();
     assert!(error.contains("found no address") && !error.contains("secret"), "{error}");
 }
 
@@ -136,6 +144,7 @@ fn a_webhook_gets_an_object_for_each_message_and_a_heartbeat_one_request_for_man
             (&said["kind"], &said["step"], &said["run"]),
             (&"finished".into(), &3.into(), &"bean".into())
         );
+        assert_eq!(said["url"], PAGE);
     }
 
     let (url, asked) = server(&Arc::new(AtomicBool::new(false)));
@@ -154,8 +163,7 @@ fn a_webhook_gets_an_object_for_each_message_and_a_heartbeat_one_request_for_man
 fn what_could_not_be_delivered_is_delivered_later_together_and_once() {
     let is_down = Arc::new(AtomicBool::new(true));
     let (url, asked) = server(&is_down);
-    let sender =
-        Sender::Ntfy { url, authorization: None, timeout: Duration::from_secs(5), run: "bean".to_owned() };
+    let sender = Sender::Ntfy { url, authorization: None, timeout: Duration::from_secs(5), origin: origin() };
     let tries = Arc::new(Mutex::new(0));
     let counted = Arc::clone(&tries);
     let channel = Channel::start("ntfy", default_kinds(), QUICK, move |events| {
@@ -265,6 +273,7 @@ fn a_broker_keeps_the_status_and_says_when_we_are_lost() {
     wait_until(|| {
         heard.lock().unwrap().iter().any(|(topic, said)| topic == "tent/event" && said["step"] == 4)
     });
+    assert!(heard.lock().unwrap().iter().any(|(topic, said)| topic == "tent/event" && said["url"] == PAGE));
     alerts.send(&event(EventKind::Finished, 5));
     assert_eq!(alerts.close(), []);
     wait_until(|| states().last().is_some_and(|state| state == "finished"));
@@ -331,6 +340,7 @@ fn a_run_announces_itself_shows_its_plant_and_is_stopped_by_a_button() {
     let announced = "homeassistant/device/tropism_tent_a/config";
     wait_until(|| of(announced).is_some());
     check_announcement(&of(announced).unwrap());
+    assert_eq!(of(announced).unwrap()["device"]["configuration_url"], PAGE);
     let mut step = event(Kind::Step, 4);
     step.seen =
         Some(Seen { tip_x_cm: 1.25, tip_y_cm: 7.5, lamp: "left".to_owned(), next_unix_s: 300.0, photograph });

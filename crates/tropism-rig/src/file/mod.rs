@@ -2,6 +2,7 @@
 
 mod lamps;
 
+use std::path::Path;
 use std::time::Duration;
 
 use jiff::tz::TimeZone;
@@ -17,7 +18,7 @@ use tropism::vision::tracking::clicks::{self, Click};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_bean::tent::{Greenhouse, TentHandle};
 
-use crate::alert::Alerts;
+use crate::alert::{Alerts, Origin, check_page};
 use crate::clock::{TentClock, time_zone};
 use crate::device::{self, DeviceLock};
 use crate::driver::{AlertDriver, CameraDriver, FlashDriver};
@@ -74,6 +75,10 @@ pub struct RigFile {
     /// and hold private addresses.
     #[serde(default, skip_serializing)]
     pub alert: Vec<AlertDriver>,
+    /// Address of the studio, such as `"http://greenhouse.local:8217"`: alerts link to the page of the run there. Not written into
+    /// run folders, as the alerts are not.
+    #[serde(default, skip_serializing)]
+    pub page: Option<String>,
     /// How the real camera's photographs map to centimetres. The virtual camera knows its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<Calibration>,
@@ -192,6 +197,7 @@ impl RigFile {
             flash: None,
             mqtt: None,
             alert: Vec::new(),
+            page: None,
             calibration: None,
             side: None,
             vision,
@@ -263,13 +269,14 @@ impl RigFile {
         self.greenhouse.as_ref().map(Greenhouse::calibration).or(self.calibration)
     }
 
-    /// Opens all alert channels; `run` is the run's name.
+    /// Opens all alert channels; `run` is the run's name, and `folder` its folder, if it is of one run.
     ///
     /// # Errors
     /// [`RigError::Device`] if a secret cannot be read or a channel wants a broker that the file does not name. A network
     /// that is down is not an error.
-    pub fn open_alerts(&self, run: &str) -> Result<Alerts, RigError> {
-        Alerts::open(self.alert.iter().map(AlertDriver::settings), self.mqtt.as_ref(), run)
+    pub fn open_alerts(&self, run: &str, folder: Option<&Path>) -> Result<Alerts, RigError> {
+        let origin = Origin::new(run, self.page.as_deref(), folder);
+        Alerts::open(self.alert.iter().map(AlertDriver::settings), self.mqtt.as_ref(), &origin)
     }
 
     /// Checks what a file may have got wrong.
@@ -305,6 +312,7 @@ impl RigFile {
         for (number, alert) in (1..).zip(&self.alert) {
             add(alert.check().map_err(|problem| format!("alert {number}: {problem}")));
         }
+        self.page.iter().for_each(|page| add(check_page(page)));
         match &self.greenhouse {
             Some(_) if self.has_devices() => {
                 add(Err("found greenhouse beside real devices, wanted one or the other".to_owned()));
