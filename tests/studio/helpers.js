@@ -51,6 +51,8 @@ export function folder(t) {
   const made = fs.mkdtempSync(path.join(os.tmpdir(), "tropism-studio-"));
   atEnd(t, async () => {
     for (const child of [...running].filter(({ cwd }) => cwd.startsWith(made))) {
+      // It may have ended while another was waited for.
+      if (!running.has(child)) continue;
       const ended = once(child, "exit");
       child.kill("SIGKILL");
       await ended;
