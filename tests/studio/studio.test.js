@@ -83,6 +83,24 @@ test("a page asks once for its events and once for the last photograph", async (
   assert.ok(first >= 0 && first < asked.findIndex((one) => one.startsWith("api/session")), asked.join("\n"));
 });
 
+test("a run offers only what can be done", async (t) => {
+  const cwd = folder(t);
+  await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "greedy", "--out", "over", "--steps", "4");
+  live(t, cwd, "bean");
+  const { address } = await studio(t, cwd);
+  for (const device of [PHONE, DESK]) {
+    for (const [at, word, shown] of /** @type {const} */ ([["over", /Done/, 0], ["bean", /Live/, 3]])) {
+      const offered = (opened) => opened.locator(".stop:visible, .safe:visible, #ask-button:visible").count();
+      // Before it is known what the run does.
+      const bare = await page(t, `${address}run?at=${at}`, { ...device, javaScriptEnabled: false });
+      assert.equal(await offered(bare), 0);
+      const opened = await page(t, `${address}run?at=${at}`, device);
+      await until(async () => word.test(await chipOf(opened).textContent()), "its state");
+      assert.equal(await offered(opened), shown, at);
+    }
+  }
+});
+
 test("a killed run shows as such within five seconds", async (t) => {
   const cwd = folder(t);
   const bean = live(t, cwd, "bean");
@@ -131,6 +149,7 @@ test("every page is accessible and fits, on phone and desk, light and dark", asy
     "",
     "run?at=bean",
     "run?at=over",
+    "run?at=nope",
     "evolution?at=evolution",
     "draw",
     `draw?drawing=${behind}`,
@@ -159,8 +178,7 @@ test("every page is accessible and fits, on phone and desk, light and dark", asy
           // In the dark only colours differ.
           const rules = colorScheme === "dark" ? { runOnly: ["color-contrast"] } : {};
           const { violations } = await opened.evaluate((rules) => globalThis.axe.run(rules), rules);
-          const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
-          const told = serious.map(
+          const told = violations.map(
             ({ id, nodes }) =>
               `${id}: ${nodes
                 .slice(0, 3)

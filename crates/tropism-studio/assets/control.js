@@ -70,10 +70,15 @@ export function state() {
     chip(word ?? "waiting", word === "live" && !run.steps.length ? "Starting" : undefined),
     run.about.is_virtual ? virtual("virtual bean") : "",
   ]);
-  for (const button of $$(".stop")) button.setAttribute("aria-disabled", String(!isOn() || run.isLost));
-  for (const button of $$(".safe")) button.setAttribute("aria-disabled", String(run.isLost || word === "gone"));
+  const hasDock = Boolean(word) && word !== "over" && word !== "gone";
+  for (const [buttons, can] of /** @type {const} */ ([[".stop", isOn()], [".safe", hasDock]])) {
+    for (const button of $$(buttons)) {
+      button.hidden = !can;
+      button.setAttribute("aria-disabled", String(run.isLost));
+    }
+  }
+  $("#can").hidden = !hasDock;
   $("#ask-button").hidden = !isOn();
-  const hasDock = word !== "over" && word !== "gone";
   $("#dock").hidden = !hasDock;
   document.body.classList.toggle("has-dock", hasDock);
 }

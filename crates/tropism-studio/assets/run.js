@@ -72,6 +72,8 @@ listen(
   },
   () => {
     isThere = false;
+    $("#dock").hidden = true;
+    document.body.classList.remove("has-dock");
     put(
       $("#banner"),
       banner(

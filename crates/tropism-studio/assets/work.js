@@ -45,7 +45,7 @@ async function read() {
           <th scope="col">Stage</th>
           <th scope="col" class="n">Done</th>
           <th scope="col">What</th>
-          <th scope="col"></th>
+          <th scope="col"><span class="vh">How far</span></th>
         </tr>
       </thead>
       <tbody>
