@@ -17,8 +17,14 @@ test("a run is begun, filmed, renamed and deleted by touch", async (t) => {
   const opened = await page(t, `${address}begin`, PHONE);
   await isConnected(opened);
   await opened.locator("#fields [name=out]").waitFor();
-  // What is missing is said, and the command is shown.
+  // What is missing is said when one has begun or tries to send, without a word to the studio, and the command is shown.
+  const asked = [];
+  opened.on("request", (request) => asked.push(request.url()));
+  await opened.waitForTimeout(500);
+  assert.equal(await text(opened, "#problem"), "");
+  await opened.tap("#go");
   await until(async () => /Name of the run: fill it in/.test(await text(opened, "#problem")), "what is missing");
+  assert.deepEqual(asked.filter((url) => url.includes("api/begin")), []);
   await opened.fill("#fields [name=out]", "bean");
   await opened.fill("#fields [name=steps]", "12");
   await until(async () => /tropism run --controller greedy --rig greenhouse --out bean --steps 12/.test(await text(opened, "#command")), "the command");

@@ -34,8 +34,14 @@ const field = (field) =>
     ? html`<label class="check"><input type="checkbox" name="${field.name}" /><span>${field.label}</span></label>`
     : html`<label class="field"><span>${field.label}${field.is_needed ? "" : " (optional)"}</span>${control(field)}</label>`;
 
+/** Whether one has begun to fill in, or tried to send: what is missing is not told before. */
+let isTouched = false;
+/** The first field that has to be filled in. */
+const missing = () => shownFields().find(({ name, kind, is_needed: isNeeded }) => isNeeded && kind !== "flag" && !$(`#fields [name="${name}"]`).value.trim());
+
 function draw() {
   const shown = form();
+  isTouched = false;
   $("#says").textContent = shown.says;
   for (const { name, preset, kind, offered } of shown.fields) {
     values[name] ||= preset;
@@ -60,6 +66,12 @@ let timer = 0;
 function look() {
   clearTimeout(timer);
   timer = setTimeout(async () => {
+    const lacks = missing();
+    if (lacks) {
+      put($("#command"), "");
+      $("#problem").textContent = isTouched ? `${lacks.label}: fill it in.` : "";
+      return;
+    }
     const own = JSON.stringify(filled());
     try {
       const { command: line } = await get("api/begin/command", { form: own });
@@ -75,8 +87,18 @@ function look() {
 $("#what").onchange = draw;
 $("#fields").oninput = ({ target }) => {
   values[target.name] = target.value;
+  isTouched = true;
   look();
 };
+// The browser says so at the field, and sends nothing.
+$("#form").addEventListener(
+  "invalid",
+  () => {
+    isTouched = true;
+    look();
+  },
+  true,
+);
 $("#form").onsubmit = async (event) => {
   event.preventDefault();
   $("#go").disabled = true;
