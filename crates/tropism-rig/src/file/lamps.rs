@@ -24,17 +24,12 @@ use crate::switch::Interlock;
 /// Darkness between one lamp and another if `pause_s` is left out: chosen, longer than a relay or a plug takes to open.
 const PAUSE: Seconds = Seconds::new(0.2);
 
-/// `value`, if it is above 0 and at most `most`.
+/// `value`, if it is above 0 and at most `most`, which has a `unit`.
 fn positive(value: f64, most: f64, unit: &str) -> Result<f64, String> {
     if value > 0.0 && value <= most {
         return Ok(value);
     }
     Err(format!("found {value}, wanted above 0 and at most {most} {unit}"))
-}
-
-/// The lamps that a table names.
-fn names<T>(table: &BTreeMap<String, T>) -> Box<dyn Iterator<Item = &str> + '_> {
-    Box::new(table.keys().map(String::as_str))
 }
 
 /// The lamps of a rig, and how they are switched.
@@ -234,11 +229,12 @@ impl LampsTable {
     /// # Errors
     /// A line that names the lamp: one without a place, a place without a lamp, or what [`Layout::new`] refuses.
     pub fn layout(&self) -> Result<Layout, String> {
-        let keys = [("at", names(&self.at)), ("colours", names(&self.colours)), ("umol", names(&self.umol))];
-        for (key, mut of_key) in keys {
-            if let Some(name) = of_key.find(|name| self.lamps.iter().all(|lamp| lamp.name != *name)) {
-                return Err(format!("lamps.{key}: {name} is no lamp of [lamps]"));
-            }
+        let at = self.at.keys().map(|name| ("at", name));
+        let colours = self.colours.keys().map(|name| ("colours", name));
+        let umol = self.umol.keys().map(|name| ("umol", name));
+        let is_unknown = |(_, name): &(&str, &String)| self.lamps.iter().all(|lamp| lamp.name != **name);
+        if let Some((key, name)) = at.chain(colours).chain(umol).find(is_unknown) {
+            return Err(format!("lamps.{key}: {name} is no lamp of [lamps]"));
         }
         let standard = Layout::four_sides();
         let place = |name: &str| {
