@@ -4,7 +4,7 @@ mod item;
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::{Value, json};
@@ -60,7 +60,7 @@ struct Read {
     followed: Option<Followed>,
 }
 
-/// A run that goes on.
+/// A run that is read.
 struct Followed {
     config: RunConfig,
     tail: Tail,
@@ -73,12 +73,20 @@ impl Followed {
         latest.photo_sha256.get(..SHOWN_DIGITS).map(str::to_owned)
     }
 
+    fn new(folder: &Path, tail: Tail) -> Option<Self> {
+        RunConfig::follow(folder).ok().map(|config| Self { config, tail })
+    }
+
+    /// Reads on; false if nothing can be read just now.
+    fn read(&mut self, folder: &Path) -> bool {
+        self.tail.read(folder).is_some()
+    }
+
     /// The status of the run in `folder`, on which `process` works.
-    fn status(&mut self, folder: &Path, process: u32) -> Option<StatusResults> {
-        self.tail.read(folder)?;
+    fn status(&self, folder: &Path, process: Option<u32>) -> StatusResults {
         let Self { config, tail } = self;
-        let run = status::of_run(folder, config, &tail.steps, &tail.events, Some(process));
-        Some(StatusResults::Run(Box::new(run)))
+        let run = status::of_run(folder, config, &tail.steps, &tail.events, process);
+        StatusResults::Run(Box::new(run))
     }
 }
 
@@ -116,8 +124,11 @@ impl Stamp {
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let mut files: Vec<_> = entries
             .filter_map(|entry| {
-                let data = entry.metadata().ok()?;
-                Some((entry.file_name(), data.len(), data.modified().ok()))
+                let (name, data) = (entry.file_name(), entry.metadata().ok()?);
+                // Who only reads a journal writes to the one, and leaves the other empty.
+                let is_of_reader =
+                    name == "journal.sqlite-shm" || (name == "journal.sqlite-wal" && data.len() == 0);
+                (!is_of_reader).then(|| (name, data.len(), data.modified().ok()))
             })
             .collect();
         files.sort_unstable();
@@ -143,24 +154,29 @@ impl Reader {
         let version = before.map_or(0, |before| before.version) + 1;
         let epoch = before.map_or_else(|| crate::unix_s() as u64, |before| before.epoch);
         let (mut items, mut is_changed) = (BTreeMap::new(), before.is_none());
+        let known = |at: &str| before.and_then(|before| before.items.get(at));
+        let mut stale = Vec::new();
         for found in self.finder.find(root) {
             let stamp = Stamp::of(&found);
-            let known = before.and_then(|before| before.items.get(&found.at));
             let is_fresh = self.known.get(&found.at).is_some_and(|read| read.is_fresh(found.kind, &stamp));
-            let item = match known {
-                Some(known) if is_fresh => known.clone(),
+            match known(&found.at) {
+                Some(item) if is_fresh => drop(items.insert(found.at, item.clone())),
                 _ => {
-                    let began = Instant::now();
-                    let mut followed = self.known.remove(&found.at).and_then(|read| read.followed);
-                    let item = Item::of(root, &found, &stamp, &mut followed);
-                    let read = Read { stamp, at: Instant::now(), cost: began.elapsed(), followed };
-                    self.known.insert(found.at.clone(), read);
-                    let same = known.filter(|(_, known)| **known == item);
-                    is_changed |= same.is_none();
-                    same.cloned().unwrap_or_else(|| (version, Arc::new(item)))
+                    let followed = self.known.remove(&found.at).and_then(|read| read.followed);
+                    stale.push((found, stamp, followed));
                 }
-            };
-            items.insert(found.at, item);
+            }
+        }
+        let read = in_parallel(stale, |(found, stamp, mut followed)| {
+            let began = Instant::now();
+            let item = Item::of(root, &found, &stamp, &mut followed);
+            (found.at, item, Read { stamp, at: Instant::now(), cost: began.elapsed(), followed })
+        });
+        for (at, item, read) in read {
+            self.known.insert(at.clone(), read);
+            let same = known(&at).filter(|(_, known)| **known == item);
+            is_changed |= same.is_none();
+            items.insert(at, same.cloned().unwrap_or_else(|| (version, Arc::new(item))));
         }
         self.known.retain(|at, _| items.contains_key(at));
         let mut gone = before.map(|before| before.gone.clone()).unwrap_or_default();
@@ -180,6 +196,23 @@ impl Reader {
         }
         is_changed.then_some(Overview { epoch, version, items, gone, gone_since, queue })
     }
+}
+
+/// What `does` makes of all `work`, in any order, by as many threads as there are cores: the first look at a folder of
+/// hundreds of runs would keep a page waiting. Threads of their own: others are busy for seconds with trials.
+fn in_parallel<T: Send, U: Send>(work: Vec<T>, does: impl Fn(T) -> U + Sync) -> Vec<U> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(work.len());
+    if threads < 2 {
+        return work.into_iter().map(does).collect();
+    }
+    let rest = Mutex::new(work.into_iter());
+    let next = || rest.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let share = || std::iter::from_fn(next).map(&does).collect::<Vec<_>>();
+    std::thread::scope(|scope| {
+        let shares: Vec<_> = (0..threads).map(|_| scope.spawn(share)).collect();
+        let done = shares.into_iter().map(|share| share.join());
+        done.flat_map(|done| done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+    })
 }
 
 impl Overview {
@@ -210,5 +243,42 @@ impl Listened for Overview {
         let data =
             json!({ "all": from == 0, "items": items, "gone": gone, "queue": queue, "now": crate::unix_s() });
         vec![Message::new(format!("{}.{}", self.epoch, self.version), "items", &data)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tropism_lab::{RunPlan, Silent, Workflow};
+
+    use super::*;
+
+    #[test]
+    fn all_work_is_done_once_by_several_threads() {
+        let mut done = in_parallel((0..500).collect(), |number: u32| 2 * number);
+        done.sort_unstable();
+        assert!(done.into_iter().eq((0..500).map(|number| 2 * number)));
+    }
+
+    #[test]
+    fn a_run_that_is_over_is_read_by_its_end_and_once() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("bean");
+        let mut config = RunConfig::default();
+        config.task.max_steps = 15;
+        RunPlan { out: folder.clone(), config, ..RunPlan::default() }.execute(&Silent).unwrap();
+        let mut reader = Reader::default();
+        let by_end = reader.read(root.path(), false, json!([])).unwrap();
+        // What is read is not changed by that.
+        let stamp = || Stamp::of(&Finder::default().find(root.path())[0]);
+        let before = stamp();
+        assert!(Tail::end_of(&folder).is_some_and(|tail| tail.steps.len() < 15 && !tail.events.is_empty()));
+        assert!(stamp() == before);
+        assert!(reader.read(root.path(), true, json!([])).is_none());
+        // Without its journal all of it is read from the mirror.
+        std::fs::remove_file(folder.join("journal.sqlite")).unwrap();
+        let whole = Reader::default().read(root.path(), false, json!([])).unwrap();
+        let row = |overview: &Overview| json!(*overview.items["bean"].1);
+        assert_eq!(row(&by_end), row(&whole));
+        assert_eq!((&row(&whole)["state"], &row(&whole)["done"]), (&json!("over"), &json!(15)));
     }
 }

@@ -8,6 +8,9 @@ use tropism_lab::{Journal, JournalError, StepRecord, read_journal};
 /// Hexadecimal digits of a photograph's SHA-256 in its address: enough to tell two photographs of one name apart.
 pub(crate) const SHOWN_DIGITS: usize = 12;
 
+/// Steps at the end of a run in which the lamp of the last decision is looked for. Chosen: the last step may have none.
+const LAST: u32 = 10;
+
 /// Steps and events of a run so far.
 #[derive(Default)]
 pub(crate) struct Tail {
@@ -30,6 +33,15 @@ impl Tail {
         };
         (self.steps, self.events) = read;
         Some(0)
+    }
+
+    /// All events and the last steps of a run on which nobody works, as a list of runs needs them. Its journal is taken as it is:
+    /// to check each entry of each of hundreds takes seconds. `None` if it cannot be read.
+    pub(crate) fn end_of(folder: &Path) -> Option<Self> {
+        let journal = Journal::follow(&folder.join("journal.sqlite")).ok()?;
+        let end = journal.next_step().ok()?;
+        let steps = journal.steps_in(end.saturating_sub(LAST)..end).ok()?;
+        Some(Self { steps, events: journal.events().ok()? })
     }
 
     fn follow(&mut self, path: &Path) -> Result<usize, JournalError> {

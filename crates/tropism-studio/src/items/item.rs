@@ -79,18 +79,25 @@ impl Item {
             health: "good".to_owned(),
             ..Self::default()
         };
+        let folder = &found.path;
         if stamp.holder.is_none() || found.kind != Kind::Run {
             *followed = None;
         } else if followed.is_none() {
-            let config = RunConfig::follow(&found.path).ok();
-            *followed = config.map(|config| Followed { config, tail: Tail::default() });
+            *followed = Followed::new(folder, Tail::default());
         }
-        let live = followed.as_mut().zip(stamp.holder);
-        let live = live.and_then(|(followed, process)| followed.status(&found.path, process));
-        let status = live.map_or_else(|| (StatusPlan { folder: found.path.clone() }).execute(&Silent), Ok);
+        let mut ended = None;
+        if stamp.holder.is_none() && found.kind == Kind::Run {
+            ended = Tail::end_of(folder).and_then(|tail| Followed::new(folder, tail));
+        }
+        let known = match (&mut *followed, &ended) {
+            (Some(live), _) => live.read(folder).then(|| live.status(folder, stamp.holder)),
+            (None, ended) => ended.as_ref().map(|ended| ended.status(folder, None)),
+        };
+        let status = known.map_or_else(|| (StatusPlan { folder: folder.clone() }).execute(&Silent), Ok);
+        let config = ended.map(|ended| ended.config);
         let latest = followed.as_ref().and_then(Followed::photo_v);
         match status {
-            Ok(status) => Self { photo_v: latest, ..base.with(&found.path, status) },
+            Ok(status) => Self { photo_v: latest, ..base.with(folder, status, config) },
             Err(error) => {
                 let text = words::clean(&error.to_string());
                 Self { state: "broken", text: "cannot be read".to_owned(), health: text, ..base }
@@ -119,14 +126,15 @@ impl Item {
         known.into_iter().chain(lamps).flatten().collect()
     }
 
-    fn with(self, path: &Path, status: StatusResults) -> Self {
+    /// `config` is that of a run that is over, if it is known.
+    fn with(self, path: &Path, status: StatusResults, config: Option<RunConfig>) -> Self {
         let work = |process: Option<u32>, is_over: bool| match (process, is_over) {
             (_, true) => "over",
             (Some(_), false) => "live",
             (None, false) => "stopped",
         };
         match status {
-            StatusResults::Run(run) => self.with_run(path, &run),
+            StatusResults::Run(run) => self.with_run(path, &run, config),
             StatusResults::Evolution(evolution) => {
                 let best = evolution.runs.iter().filter_map(|run| run.best_fitness).reduce(f64::max);
                 let record = tropism_lab::evolve::EvolutionRecord::read(path).ok();
@@ -211,8 +219,8 @@ impl Item {
         }
     }
 
-    fn with_run(self, path: &Path, run: &RunStatus) -> Self {
-        let fitness = fitness_of(path, run.state);
+    fn with_run(self, path: &Path, run: &RunStatus, config: Option<RunConfig>) -> Self {
+        let fitness = fitness_of(path, run.state, config);
         let text = match (fitness, run.tip_x_cm.zip(run.tip_y_cm)) {
             (Some((fitness, best)), _) => of_possible(Some(fitness), best),
             (None, Some((x, y))) => format!("tip {}, {y:.1} cm", number(x, 1)),
@@ -266,11 +274,11 @@ pub(crate) const fn state_word(state: RunState) -> &'static str {
 }
 
 /// Fitness and greatest possible fitness of a run that is over and has targets.
-fn fitness_of(path: &Path, state: RunState) -> Option<(f64, Option<f64>)> {
+fn fitness_of(path: &Path, state: RunState, config: Option<RunConfig>) -> Option<(f64, Option<f64>)> {
     if state != RunState::Over {
         return None;
     }
-    let task = RunConfig::follow(path).ok()?.task;
+    let task = config.or_else(|| RunConfig::follow(path).ok())?.task;
     let best = task.best_fitness()?;
     (task.has_goal()).then_some(())?;
     let track = files::read_track(&path.join("track.csv")).ok()?;
