@@ -144,6 +144,12 @@ pub(super) fn shrunk(photo: &Photo) -> Result<Image, PhotoError> {
     })
 }
 
+/// Whether a file in the folder of photographs is one; files of the system are not.
+fn is_photograph(name: &str) -> bool {
+    let ending = name.rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase());
+    !name.starts_with('.') && matches!(ending.as_deref(), Some("jpg" | "jpeg" | "png" | "tif" | "tiff"))
+}
+
 /// All photographs of a run as a ZIP archive, written while it is sent.
 pub(super) async fn photographs(
     State(studio): Shared,
@@ -155,7 +161,7 @@ pub(super) async fn photographs(
         let mut paths: Vec<(String, u64)> = entries
             .flatten()
             .filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.metadata().ok()?.len())))
-            .filter(|(name, _)| name.ends_with(".jpg") && !name.starts_with('.'))
+            .filter(|(name, _)| is_photograph(name))
             .collect();
         paths.sort_unstable();
         let bytes: u64 = paths.iter().map(|(_, bytes)| bytes).sum();
@@ -308,4 +314,16 @@ pub(super) async fn note(State(studio): Shared, body: Body) -> Answer {
         Ok(Json(json!({ "step": results.step, "is_waiting": results.step.is_none() })))
     })
     .await
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn photographs_of_every_format_are_saved() {
+        let names =
+            ["000001.jpg", "a.JPEG", "b.png", "c.tif", "d.Tiff", ".e.jpg", "f.txt", "Thumbs.db", "jpg"];
+        assert_eq!(names.map(is_photograph), [true, true, true, true, true, false, false, false, false]);
+    }
 }
