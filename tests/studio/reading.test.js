@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import fs from "node:fs";
 import path from "node:path";
 import { after } from "node:test";
-import { close, folder, page, run, studio, test, until, visitor, tab } from "./helpers.js";
+import { BROWSERS, close, folder, page, run, studio, test, until, visitor, tab } from "./helpers.js";
 
 after(close);
 
@@ -42,6 +42,29 @@ test("every page fits at 400 %, on paper, and with the longest names", async (t)
     await opened.context().close();
   }
 });
+
+for (const browser of BROWSERS) {
+  test(`no page is wider than the narrowest phone (${browser})`, async (t) => {
+    const cwd = folder(t);
+    await runOf(t, cwd, LONG);
+    const { address } = await studio(t, cwd);
+    const context = await visitor(t, { viewport: { width: 320, height: 640 } }, browser);
+    for (const name of ["", `run?at=${LONG}`, "draw", "begin", "devices", `tune?at=${LONG}`, "compare", "login"]) {
+      const opened = await tab(context, address + name);
+      if (name !== "login") await isConnected(opened);
+      const wide = () => opened.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert.ok((await wide()) <= 0, `${name} by ${await wide()}`);
+      // Letters of other systems are wider, and a page that is cut off says more.
+      await opened.evaluate(() => {
+        document.querySelectorAll(".brand, .link-state").forEach((one) => (one.style.letterSpacing = "0.15em"));
+        const state = document.querySelector("#link");
+        if (state) state.dataset.s = "lost";
+      });
+      assert.ok((await wide()) <= 0, `${name} with wide letters by ${await wide()}`);
+      await opened.close();
+    }
+  });
+}
 
 test("a long error is folded under a sentence", async (t) => {
   const cwd = folder(t);
@@ -154,6 +177,9 @@ test("figures of a comparison have titles and the colours of the page", async (t
   const ink = await opened.locator("#figures svg.figure text").first().evaluate((text) => getComputedStyle(text).fill.match(/\d+/g).map(Number));
   assert.ok(Math.min(...ink) > 120, String(ink));
   assert.equal(await opened.locator("#figures svg.figure > rect[fill='#fff']").count(), 0);
+  // The paths of both over each other come first, the set-up last.
+  assert.match(await figures.first().locator("h2").textContent(), /Paths of the tips: 1 bean-1, 2 bean-2/);
+  assert.match(await figures.last().locator("h2").textContent(), /[Ss]et-?up/);
   // What compares stands first on the page.
   const first = await opened.evaluate(() => document.querySelector("#figures, #items").id);
   assert.equal(first, "figures");

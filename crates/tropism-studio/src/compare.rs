@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
+use tropism::track::Track;
 use tropism_lab::report::{ReportPlan, ReportResults};
-use tropism_lab::{Silent, Workflow, files};
+use tropism_lab::{RunConfig, Silent, Workflow, files};
+use tropism_report::{Figure, Plants};
 
 use crate::error::Refusal;
 use crate::{Studio, found, jobs};
@@ -31,7 +33,13 @@ pub(crate) fn compare(studio: &Studio, at: &[String]) -> Result<Value, Refusal> 
     let plan = ReportPlan { sources, out: folder.join("report.html"), figures: Some(folder.join("figures")) };
     let _ = std::fs::remove_dir_all(&folder);
     files::make_folder(&folder)?;
-    let ReportResults { comparisons, left_out, titles, .. } = plan.execute(&Silent)?;
+    let ReportResults { comparisons, left_out, mut titles, .. } = plan.execute(&Silent)?;
+    if let Some(paths) = paths(at, &plan.sources) {
+        titles.push((paths.number.to_owned(), paths.title.clone()));
+        for (name, bytes) in paths.files() {
+            files::write(&folder.join("figures").join(name), &bytes)?;
+        }
+    }
     let names = names_in(&folder.join("figures"));
     let mut figures: Vec<Value> = Vec::new();
     for (number, title) in &titles {
@@ -50,15 +58,9 @@ pub(crate) fn compare(studio: &Studio, at: &[String]) -> Result<Value, Refusal> 
             |name| json!({ "name": name.rsplit_once('.').map_or(&**name, |(base, _)| base), "title": title }),
         ));
     }
-    // Those of the paper have numbers. What compares comes before what each has alone.
-    let is_alone = |figure: &Value| {
-        figure["name"].as_str().is_some_and(|name| {
-            name.strip_prefix("figure-")
-                .is_some_and(|number| number.starts_with(|digit: char| digit.is_ascii_digit()))
-        })
-    };
-    if !comparisons.is_empty() {
-        figures.sort_by_key(is_alone);
+    // What compares comes before what each has alone; the set-up is the same for all, and comes last.
+    if at.len() > 1 {
+        figures.sort_by_key(|figure| rank(figure["name"].as_str().unwrap_or_default()));
     }
     figures.truncate(FIGURES);
     let mut words: Vec<String> = vec!["report".to_owned()];
@@ -68,6 +70,39 @@ pub(crate) fn compare(studio: &Studio, at: &[String]) -> Result<Value, Refusal> 
         "comparisons": comparisons, "left_out": left_out, "figures": figures, "files": names_in(&folder.join("figures")),
         "command": jobs::line(&words),
     }))
+}
+
+/// The place of a figure among those of a comparison. Those of the paper have numbers, the set-up the first.
+fn rank(name: &str) -> u8 {
+    let number = name.strip_prefix("figure-").unwrap_or(name);
+    match number {
+        PATHS => 0,
+        "1a" | "1b" => 3,
+        _ if number.starts_with(|digit: char| digit.is_ascii_digit()) => 2,
+        _ => 1,
+    }
+}
+
+/// The figure of all paths.
+const PATHS: &str = "paths";
+
+/// The paths of the tips of all runs among `sources`, which lie `at`, in one figure; `None` unless there are several, all
+/// virtual or all real.
+fn paths(at: &[String], sources: &[PathBuf]) -> Option<Figure> {
+    let runs = at.iter().zip(sources).filter_map(|(at, folder)| {
+        let is_virtual = RunConfig::follow(folder).ok()?.is_virtual();
+        Some((at, is_virtual, files::read_track(&folder.join("track.csv")).ok()?))
+    });
+    let runs: Vec<_> = runs.collect();
+    let (_, is_virtual, _) = runs.first()?;
+    if runs.len() < 2 || runs.iter().any(|(_, other, _)| other != is_virtual) {
+        return None;
+    }
+    let plants = if *is_virtual { Plants::Virtual } else { Plants::Real };
+    let names: Vec<String> = (1..).zip(&runs).map(|(number, (at, ..))| format!("{number} {at}")).collect();
+    let tracks: Vec<Track> = runs.into_iter().map(|(.., track)| track).collect();
+    let title = format!("Paths of the tips: {}", names.join(", "));
+    Some(Figure { number: PATHS, title, ..tropism_report::trajectories(&tracks, plants) })
 }
 
 fn names_in(folder: &Path) -> Vec<String> {
@@ -98,4 +133,20 @@ pub(crate) fn file(studio: &Studio, at: &[String], name: &str) -> Result<(Vec<u8
         _ => return Err(missing()),
     };
     Ok((files::read(&path)?, kind))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_compares_comes_first_and_the_set_up_last() {
+        let mut names =
+            ["figure-1a", "figure-1b", "figure-8", "figure-comparison", "figure-10", "figure-paths"];
+        names.sort_by_key(|name| rank(name));
+        assert_eq!(
+            names,
+            ["figure-paths", "figure-comparison", "figure-8", "figure-10", "figure-1a", "figure-1b"]
+        );
+    }
 }
