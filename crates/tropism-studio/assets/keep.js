@@ -77,12 +77,12 @@ export function keep(kind, at, { name, isOver = false }) {
 
 /** Shows the tags of work, and lets them be changed. @param {string} at */
 async function tagging(at) {
-  /** @type {string[]} */
-  let tags = [];
+  /** @type {string[] | null} */
+  let tags = null;
   const show = () =>
     put(
       $("#tags"),
-      tags.map(
+      (tags ?? []).map(
         (tag) =>
           html`<span class="chip tagged"
             ><a href="./?${new URLSearchParams({ tag })}">${tag}</a
@@ -97,12 +97,14 @@ async function tagging(at) {
   };
   $("#tagging").onsubmit = (event) => {
     event.preventDefault();
-    set([...tags, $("#tag").value.trim()]).then(() => ($("#tag").value = ""), say);
+    set([...(tags ?? []), $("#tag").value.trim()]).then(() => ($("#tag").value = ""), say);
   };
   $("#tags").onclick = ({ target }) => {
     const off = target.dataset.untag;
-    if (off) set(tags.filter((tag) => tag !== off)).then(() => $("#tag").focus(), say);
+    if (off) set((tags ?? []).filter((tag) => tag !== off)).then(() => $("#tag").focus(), say);
   };
-  ({ tags } = await get("api/tags", { at }).catch(() => ({ tags: [] })));
+  const known = await get("api/tags", { at }).catch(() => ({ tags: [] }));
+  // What was set meanwhile is newer.
+  tags ??= known.tags;
   show();
 }

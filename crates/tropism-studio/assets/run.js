@@ -17,10 +17,10 @@ let identity = "";
 let isThere = true;
 
 let keptAs = "";
-/** What can be kept of the run, once its name is known, and again when it is over. */
+/** What can be kept of the run, once its name and its state are known, and again when it is over. */
 function keepAbout() {
   const isOver = run.status.state === "over";
-  if (!run.about.name || keptAs === String(isOver)) return;
+  if (!run.about.name || !run.status.state || keptAs === String(isOver)) return;
   keptAs = String(isOver);
   keep("run", at, { name: run.about.name, isOver });
 }

@@ -279,10 +279,9 @@ fn fitness_of(path: &Path, state: RunState, config: Option<RunConfig>) -> Option
         return None;
     }
     let task = config.or_else(|| RunConfig::follow(path).ok())?.task;
-    let best = task.best_fitness()?;
-    (task.has_goal()).then_some(())?;
+    (task.has_goal() && task.best_fitness().is_some()).then_some(())?;
     let track = files::read_track(&path.join("track.csv")).ok()?;
-    Some((task.fitness(&track), Some(best)))
+    Some((task.fitness(&track), task.best_fitness_of(&track)))
 }
 
 /// A number with a true minus, which a zero has not.
