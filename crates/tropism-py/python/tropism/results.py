@@ -283,6 +283,8 @@ class TrackScore(Results):
     #: In cm, or round a pole in turns; and the best that there can be, None where it is not known.
     fitness: float
     best: float | None
+    #: To the letter of eq. (9) and by approach; None for a task with another score.
+    both_readings: list[float] | None
     steps: int
     #: None for a target whose height was not reached.
     targets: list[Crossing | None]
@@ -307,6 +309,8 @@ class FitResults(Results):
     tracks: int
     is_virtual: bool
     shifts: int
+    #: Whether their mirror images are among the data, too.
+    is_mirrored: bool
     #: Least and greatest x and y of the tips.
     x_cm: list[float]
     y_cm: list[float]
@@ -456,6 +460,8 @@ class SimulateResults(Results):
     episodes: int
     mean_fitness: float
     sd_fitness: float
+    #: Means to the letter of eq. (9) and by approach; None for a task with another score.
+    both_readings: list[float] | None
     #: The best that there can be; None where it is not known.
     best: float | None
     steps_without_data: float
