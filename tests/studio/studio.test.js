@@ -213,7 +213,7 @@ test("a run serves its own page, which cannot end it", async (t) => {
   const address = await until(() => bean.said.match(/http:\/\/\S+/)?.[0], "the page's address");
   const opened = await page(t, `${address}run`);
   await until(async () => /^\d+\.jpg$/.test(await opened.textContent("#frame")), "a photograph");
-  assert.equal(await opened.textContent("#name"), "bean");
+  await until(async () => (await opened.textContent("#name")) === "bean", "its name");
   const children = fs.readFileSync(`/proc/${bean.pid}/task/${bean.pid}/children`, "utf8").trim().split(" ");
   for (const child of children) process.kill(Number(child), "SIGKILL");
   const then = photographs(cwd, "bean");

@@ -236,7 +236,8 @@ function rows(place, list, row, none) {
   }
   for (const field of $$("input", place)) {
     const value = String(valueOf(items[Number(field.dataset.index)], field.dataset.key));
-    if (field.value !== value) field.value = value;
+    // What somebody is typing stays: an answer about what was typed before may come meanwhile.
+    if (field.value !== value && !field.dataset.typed) field.value = value;
   }
   $$(".say", place).forEach((say, index) => {
     const { isFar, text } = word(list[index]);
@@ -312,7 +313,11 @@ function tell() {
     : "";
 }
 for (const id of ["#targets", "#others"]) {
+  $(id).addEventListener("input", (event) => {
+    event.target.dataset.typed = "yes";
+  });
   $(id).addEventListener("change", (event) => {
+    delete event.target.dataset.typed;
     const { index, key } = event.target.dataset;
     const value = Number(event.target.value);
     if (index === undefined || !Number.isFinite(value)) return;
