@@ -58,7 +58,7 @@ pub struct FitResults {
     pub is_virtual: bool,
     /// Number of shifts that the model is made of, without their mirror images.
     pub shifts: usize,
-    /// Whether it is made of their mirror images, too: each lamp has one of its colour in the layout.
+    /// Whether it is made of their mirror images, too: each lamp that steers has one of its colour in the layout.
     pub is_mirrored: bool,
     /// Least and greatest x of the tips, in cm.
     pub x_cm: [f64; 2],

@@ -146,7 +146,6 @@ impl UnknownLight {
 ///
 /// ```
 /// use tropism::lamps::Colour;
-/// assert_eq!(Colour::FarRed.name(), "far_red");
 /// assert!(Colour::White.steers() && !Colour::Red.steers()); // phototropins absorb blue light
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -165,20 +164,6 @@ pub enum Colour {
 }
 
 impl Colour {
-    /// All colours.
-    pub const ALL: [Self; 4] = [Self::Blue, Self::White, Self::Red, Self::FarRed];
-
-    /// Name in files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Blue => "blue",
-            Self::White => "white",
-            Self::Red => "red",
-            Self::FarRed => "far_red",
-        }
-    }
-
     /// Whether controllers choose among lamps of this colour: shoots bend to its blue light.
     #[must_use]
     pub const fn steers(self) -> bool {
@@ -380,10 +365,10 @@ impl Layout {
         self.lamps.iter().position(is_image).and_then(Light::new)
     }
 
-    /// Whether every lamp has a mirror image in the layout, so that tracks may be mirrored (section 2.2.3).
+    /// Whether every lamp that steers has a mirror image in the layout, so that tracks may be mirrored (section 2.2.3).
     #[must_use]
     pub fn is_symmetric(&self) -> bool {
-        self.lights().all(|light| self.mirrored(light).is_some())
+        self.steering().all(|light| self.mirrored(light).is_some())
     }
 
     /// The turns about the vertical and the mirrors that bring each lamp, seen from above, to about where another one stands:
@@ -575,6 +560,7 @@ mod tests {
             (left, right, left)
         );
         assert_eq!((layout.side(top), layout.side(left)), (0.0, -1.0));
+        assert!(layout.is_symmetric() && layout.mirrored(top).is_none());
         assert_eq!(layout.steering().collect::<Vec<_>>(), [left, right]);
         assert_eq!(layout.symmetries(), Layout::wahby2016().symmetries());
         let pair = ["a", "b"].map(|name| Lamp::new(name, [if name == "a" { -9.0 } else { 9.0 }, 10.0, 0.0]));
