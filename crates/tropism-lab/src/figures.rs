@@ -128,23 +128,15 @@ impl Figures {
     }
 
     /// Figures 6a and 6b: fitness over the generations of all runs, and of the median one.
-    pub(crate) fn add_evolution(&mut self, history: &EvolutionHistory, unit: &str, plants: Plants) {
-        if let Some(run) = history.median_run() {
-            self.add_evolution_with(history, (run, report::MEDIAN_AT_END), unit, plants);
-        }
-    }
-
-    /// Figures 6a and 6b: fitness over the generations of all runs, and of one, with the reason why it is shown.
-    pub(crate) fn add_evolution_with(
+    pub(crate) fn add_evolution(
         &mut self,
-        history: &EvolutionHistory,
-        (run, why): (usize, &str),
+        EvolutionHistory { best, mean }: &EvolutionHistory,
         unit: &str,
         plants: Plants,
     ) {
-        self.drawn.push(report::fitness_boxes(&history.best, unit, plants));
-        let of_run = [&history.best[run], &history.mean[run]].map(Vec::as_slice);
-        self.drawn.push(report::fitness_run(run, why, of_run, unit, plants));
+        if let Some(median) = report::fitness_median_run(best, mean, unit, plants) {
+            self.drawn.extend([report::fitness_boxes(best, unit, plants), median]);
+        }
     }
 
     /// Figure 8: the track of a steered plant between its targets, in space where its depth is known. `remark` follows the name

@@ -35,6 +35,11 @@ impl LightLimits {
         }
     }
 
+    /// Whether there is any limit.
+    pub(crate) const fn is_any(&self) -> bool {
+        self.most_h.is_some() || self.most_mol.is_some()
+    }
+
     /// Photons under `lighting` for some minutes, in mol/m².
     fn mol(&self, lighting: Lighting, minutes: f64) -> f64 {
         let flux: f64 = lighting.powers().iter().zip(&self.flux).map(|(power, flux)| power * flux).sum();

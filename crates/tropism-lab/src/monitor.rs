@@ -108,10 +108,16 @@ impl Monitor for Part<'_> {
     }
 }
 
-/// The monitor of a whole with many like parts: what several of them note is told once.
+/// The monitor of a whole with many like parts: what several of them note is noted once.
 pub(crate) struct NotedOnce<'a> {
-    pub(crate) monitor: &'a dyn Monitor,
-    pub(crate) noted: Mutex<BTreeSet<String>>,
+    monitor: &'a dyn Monitor,
+    noted: Mutex<BTreeSet<String>>,
+}
+
+impl<'a> NotedOnce<'a> {
+    pub(crate) fn new(monitor: &'a dyn Monitor) -> Self {
+        Self { monitor, noted: Mutex::default() }
+    }
 }
 
 impl Monitor for NotedOnce<'_> {
@@ -157,7 +163,7 @@ mod tests {
             }
         }
         let listener = Listener::default();
-        let once = NotedOnce { monitor: &listener, noted: Mutex::default() };
+        let once = NotedOnce::new(&listener);
         for line in ["virtual", "slow", "virtual"] {
             Part(&once).note(line);
         }

@@ -100,8 +100,26 @@ fn draw_box(plot: &mut Plot, generation: f64, numbers: &[f64; 5], half: f64) {
     plot.path("bold best", &bar);
 }
 
-/// Why [`fitness_run`] shows the run whose last generation has the median of all best fitness.
-pub const MEDIAN_AT_END: &str = "whose last generation has the median of all best fitness";
+/// Figure 6b of the run whose last generation has the upper median of all best fitness; `None` without runs.
+#[must_use]
+pub fn fitness_median_run(
+    best: &[Vec<f64>],
+    mean: &[Vec<f64>],
+    unit: &str,
+    plants: Plants,
+) -> Option<Figure> {
+    let run = median_run(best)?;
+    let why = "whose last generation has the median of all best fitness";
+    Some(fitness_run(run, why, [&best[run], &mean[run]], unit, plants))
+}
+
+/// The run whose last generation has the upper median of all best fitness.
+fn median_run(best: &[Vec<f64>]) -> Option<usize> {
+    let at_end = |run: &usize| best[*run].last().copied().unwrap_or(f64::NEG_INFINITY);
+    let mut order: Vec<usize> = (0..best.len()).collect();
+    order.sort_by(|a, b| at_end(a).total_cmp(&at_end(b)).then(b.cmp(a)));
+    order.get(order.len() / 2).copied()
+}
 
 /// Figure 6b: best and mean fitness of each generation of the run with the number `run` from 0, in `unit`. `why` says in the words
 /// of a clause why this run is shown.
@@ -151,7 +169,14 @@ mod tests {
     fn figure_6b_is_golden() {
         let best = rising(3, 200);
         let mean: Vec<f64> = best.iter().map(|fitness| fitness - 4.0).collect();
-        testing::golden(&fitness_run(3, MEDIAN_AT_END, [&best, &mean], "cm", Plants::ModelOfReal));
+        testing::golden(&fitness_run(3, "one of all", [&best, &mean], "cm", Plants::ModelOfReal));
+    }
+
+    #[test]
+    fn the_median_run_is_the_upper_median() {
+        let runs = [7.0, 1.0, 9.0, 8.0].map(|last| vec![0.0, last]);
+        assert_eq!(median_run(&runs), Some(3));
+        assert_eq!(median_run(&[]), None);
     }
 
     #[test]

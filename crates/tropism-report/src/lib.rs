@@ -47,7 +47,7 @@ pub use colour::style;
 pub use comparison::{ComparedRuns, fitness_compared, values_compared};
 pub use composite::{Composite, composite};
 pub use decision::{SteeredTrack, decision, decision_text, rule};
-pub use evolution::{MEDIAN_AT_END, fitness_boxes, fitness_run};
+pub use evolution::{fitness_boxes, fitness_median_run, fitness_run};
 pub use film::{Film, FilmStep};
 pub use forecast::{ForecastErrors, ForecastPanel, forecast_errors};
 pub use kinematics::{KinematicValue, kinematics};

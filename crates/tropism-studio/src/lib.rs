@@ -48,7 +48,7 @@ pub use error::StudioError;
 pub use tls::TlsFiles;
 
 /// The folder of the studio's own files in the folder that it serves.
-const OWN: &str = ".tropism-studio";
+const OWN: &str = tropism_rig::alert::OF_STUDIO;
 
 /// Requests that read or compute at once; others wait.
 const TURNS: usize = 6;

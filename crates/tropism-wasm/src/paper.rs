@@ -24,21 +24,9 @@ pub(crate) fn tracks(tracks: &[Track]) -> Value {
 
 /// Figures 6a and 6b: the best fitness of each generation over all runs, and best and mean fitness of the run that ends with the median.
 pub(crate) fn fitness(best: &[Vec<f64>], mean: &[Vec<f64>]) -> Value {
-    let mut by_end: Vec<usize> = (0..best.len()).collect();
-    let end = |run: &usize| best[*run].last().copied().unwrap_or(f64::NEG_INFINITY);
-    by_end.sort_by(|one, other| end(one).total_cmp(&end(other)));
-    let median = by_end.get(by_end.len() / 2).copied().unwrap_or(0);
-    let of = |runs: &[Vec<f64>]| runs.get(median).cloned().unwrap_or_default();
-    answer(vec![
-        report::fitness_boxes(best, "cm", Plants::ModelOfVirtual),
-        report::fitness_run(
-            median,
-            report::MEDIAN_AT_END,
-            [&of(best), &of(mean)],
-            "cm",
-            Plants::ModelOfVirtual,
-        ),
-    ])
+    let median = report::fitness_median_run(best, mean, "cm", Plants::ModelOfVirtual);
+    let boxes = report::fitness_boxes(best, "cm", Plants::ModelOfVirtual);
+    answer(std::iter::once(boxes).chain(median).collect())
 }
 
 /// Figure 7: a simulated plant that a champion steers.

@@ -12,11 +12,9 @@ use serde::Serialize;
 use tropism::lamps::Light;
 use tropism_lab::by_hand::{MAX_LIT_S, RigByHand};
 use tropism_lab::run::read_rig;
+use tropism_rig::file::MOST_UMOL;
 
 use crate::shell::{Interrupted, Shell};
-
-/// Greatest reading, in µmol/m²/s: more than the sun gives.
-const MOST_UMOL: f64 = 3000.0;
 
 /// The readings of a meter.
 #[derive(Serialize)]

@@ -70,15 +70,6 @@ impl EvolutionHistory {
         let first = medians.iter().position(|median| *median >= share * medians[medians.len() - 1])?;
         (10 * first < 9 * medians.len()).then_some(first + 1)
     }
-
-    /// The run whose last generation has the upper median of all best fitness; `None` without runs.
-    #[must_use]
-    pub fn median_run(&self) -> Option<usize> {
-        let at_end = |run: &usize| self.best[*run].last().copied().unwrap_or(f64::NEG_INFINITY);
-        let mut order: Vec<usize> = (0..self.best.len()).collect();
-        order.sort_by(|a, b| at_end(a).total_cmp(&at_end(b)).then(b.cmp(a)));
-        order.get(order.len() / 2).copied()
-    }
 }
 
 /// The text of `history.csv`: one row a generation and run.
@@ -123,16 +114,5 @@ mod tests {
         let rising = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0];
         assert_eq!(history(&[rising]).saturation(0.98), None);
         assert_eq!(EvolutionHistory::default().saturation(0.98), None);
-    }
-
-    #[test]
-    fn the_median_run_is_the_upper_median() {
-        let runs = [7.0, 1.0, 9.0, 8.0].map(|last| {
-            let mut run = [0.0; 10];
-            run[9] = last;
-            run
-        });
-        assert_eq!(history(&runs).median_run(), Some(3));
-        assert_eq!(EvolutionHistory::default().median_run(), None);
     }
 }

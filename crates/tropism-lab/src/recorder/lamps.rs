@@ -107,6 +107,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     /// Whether the lamps would give more light than a day has; then they are dark, and the decision is not confirmed.
     fn is_light_spent(&mut self, step: u32, lighting: Lighting) -> Result<bool, RecordError> {
         let (limits, period_min) = (&self.supervision.light, self.rig.period_min());
+        if !limits.is_any() {
+            return Ok(false);
+        }
         let exceeded = limits.exceeded_by(self.light_day.with(step, lighting, limits, period_min));
         let was_spent = std::mem::replace(&mut self.is_light_spent, exceeded.is_some());
         let Some(limit) = exceeded else { return Ok(false) };

@@ -11,6 +11,7 @@ use tropism_report::{self as report, Figure, Goals, Page, Plants, Table};
 use super::STAGES;
 use super::config::PHOTOGRAPHED;
 use super::results::{StudyFolder, StudyResults};
+use crate::evolve::EvolutionHistory;
 use crate::figures::{Figures, distances, fitness_table, with_distances};
 use crate::finished_run::FinishedRun;
 use crate::transfer::ControllerResults;
@@ -188,7 +189,10 @@ impl StudyFolder {
             runs[median].trial.mean,
             distances(task, &[&steered])
         );
-        all.add_evolution_with(&self.history, (median, &why), task.kind.unit(), Plants::ModelOfVirtual);
+        let (EvolutionHistory { best, mean }, unit) = (&self.history, task.kind.unit());
+        let of_median = [&best[median], &mean[median]].map(Vec::as_slice);
+        all.drawn.push(report::fitness_boxes(best, unit, Plants::ModelOfVirtual));
+        all.drawn.push(report::fitness_run(median, &why, of_median, unit, Plants::ModelOfVirtual));
         let (best, worst) = (order[0], order[order.len() - 1]);
         let second = order.get(1).copied().unwrap_or(best);
         for (number, title, champion) in [

@@ -12,7 +12,6 @@ mod status;
 
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use serde::{Deserialize, Serialize};
@@ -286,7 +285,7 @@ impl Sweep<'_> {
     }
 
     fn execute_all(&self, monitor: &dyn Monitor) -> Result<Vec<FinishedUnit>, Error> {
-        let monitor: &dyn Monitor = &NotedOnce { monitor, noted: Mutex::default() };
+        let monitor: &dyn Monitor = &NotedOnce::new(monitor);
         if self.plan.config.is_of_replicates() {
             let one = |unit: &SweepUnit| {
                 let title = format!("{}/{}", unit.number, self.units.len());

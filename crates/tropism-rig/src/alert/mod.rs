@@ -32,6 +32,7 @@ use crate::mqtt::Broker;
 use crate::seconds::{Seconds, ten, twenty};
 use crate::secret::{host_alone, hosts_alone, redacted_text};
 use channel::{Channel, Pace};
+pub use origin::OF_STUDIO;
 pub(crate) use origin::{Origin, check_page};
 
 /// Kind of an event: the kinds of the journal, and three more. One word in files and messages.

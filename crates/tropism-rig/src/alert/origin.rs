@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::secret::redacted;
 
 /// The folder of a studio's own files, in the folder that it serves.
-const OF_STUDIO: &str = ".tropism-studio";
+pub const OF_STUDIO: &str = ".tropism-studio";
 
 /// The run that alerts are of.
 #[derive(Clone, Debug)]

@@ -24,6 +24,9 @@ use crate::switch::Interlock;
 /// Darkness between one lamp and another if `pause_s` is left out: chosen, longer than a relay or a plug takes to open.
 const PAUSE: Seconds = Seconds::new(0.2);
 
+/// The greatest photon flux density of a lamp at the plant, in µmol/m²/s: more than the sun gives.
+pub const MOST_UMOL: f64 = 3000.0;
+
 /// `value`, if it is above 0 and at most `most`, which has a `unit`.
 fn positive(value: f64, most: f64, unit: &str) -> Result<f64, String> {
     if value > 0.0 && value <= most {
@@ -160,7 +163,7 @@ impl<'de> Deserialize<'de> for LampsTable {
                         "umol" => {
                             table.umol = map.next_value()?;
                             for (name, &flux) in &table.umol {
-                                let checked = positive(flux, 3000.0, "µmol/m²/s");
+                                let checked = positive(flux, MOST_UMOL, "µmol/m²/s");
                                 checked.map_err(|error| M::Error::custom(format!("umol.{name}: {error}")))?;
                             }
                         }

@@ -25,7 +25,7 @@ use crate::driver::{AlertDriver, CameraDriver, FlashDriver};
 use crate::mqtt::Broker;
 
 pub(crate) use lamps::device_name;
-pub use lamps::{LampControl, LampsTable, NamedLamp};
+pub use lamps::{LampControl, LampsTable, MOST_UMOL, NamedLamp};
 
 /// A rig whose drivers are chosen by a file.
 pub type AnyRig = Rig<Box<dyn Camera>, Box<dyn Lamps>, Box<dyn Flash>, Box<dyn Clock>>;
