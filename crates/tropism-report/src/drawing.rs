@@ -1,21 +1,14 @@
 //! A figure as plain shapes: what PNG and PDF files hold.
 //!
-//! In: the SVG of a [`Plot`](super::plot::Plot). Out: lines and areas in the colours of light ground. Only what the figures use
-//! is read: nested `<svg>`, `<g>`, `<path>` of straight lines, `<circle>` and `<text>`; text becomes lines of the stroke font.
+//! In: the SVG of a [`Plot`](super::plot::Plot). Out: lines, areas and texts in the colours of light ground. Only what the
+//! figures use is read: nested `<svg>`, `<g>`, `<path>` of straight lines, `<circle>` and `<text>`.
 
 use super::colour;
+use super::font::Font;
 use super::plot::{self, Place};
-use super::stroke_font;
-
-/// Height of capitals in shares of the size of a font, as in common fonts without serifs.
-const CAP_SHARE: f64 = 0.72;
 
 /// Size of text in figures, in pixels (the style sheet's).
-const FONT_SIZE: f64 = 12.0;
-
-/// Width of the lines of letters, in pixels: of plain and of bold text. Chosen by hand.
-const PLAIN_LETTERS: f64 = 0.95;
-const BOLD_LETTERS: f64 = 1.5;
+pub(super) const FONT_SIZE: f64 = 12.0;
 
 /// Corners of a circle.
 const CORNERS: u32 = 32;
@@ -40,11 +33,40 @@ pub(super) struct Shape {
     pub(super) is_crisp: bool,
 }
 
-/// A drawing of shapes, the first at the back.
+/// A line of text of [`FONT_SIZE`].
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Text {
+    pub(super) letters: String,
+    /// Where the base line begins, in pixels from the upper left corner.
+    pub(super) start: Place,
+    /// Whether the text runs from below to above.
+    pub(super) is_turned: bool,
+    pub(super) is_bold: bool,
+    pub(super) ink: Colour,
+    /// Colour and width of a line around the letters, below the ink.
+    pub(super) outline: Option<(Colour, f64)>,
+    /// From 0 to 1.
+    pub(super) opacity: f64,
+}
+
+impl Text {
+    pub(super) fn font(&self) -> &'static Font {
+        Font::weighing(self.is_bold)
+    }
+}
+
+/// What a drawing consists of.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Item {
+    Shape(Shape),
+    Text(Text),
+}
+
+/// A drawing, the first item at the back.
 pub(super) struct Drawing {
     /// Width and height, in pixels.
     pub(super) size: Place,
-    pub(super) shapes: Vec<Shape>,
+    pub(super) items: Vec<Item>,
 }
 
 /// How an element looks. All values but the opacity are inherited; opacities multiply.
@@ -164,11 +186,11 @@ fn number(tag: &str, name: &str) -> f64 {
 }
 
 impl Drawing {
-    /// The shapes of an SVG of this crate.
+    /// The items of an SVG of this crate.
     pub(super) fn of(svg: &str) -> Self {
         let sheet = colour::plain_style();
         let rules = rules(&sheet);
-        let mut shapes = Vec::new();
+        let mut items = Vec::new();
         let mut open: Vec<Element<'_>> = Vec::new();
         let mut title = false;
         for piece in svg.split('<').skip(1) {
@@ -187,16 +209,16 @@ impl Drawing {
             }
             let element = opened(&rules, &open, name, tag);
             match name {
-                "path" => shapes.extend(element.shape(polylines(attribute(tag, "d").unwrap_or_default()))),
-                "circle" => shapes.extend(element.shape(vec![circle(tag)])),
-                "text" => shapes.extend(element.written(tag, &unescaped(text))),
+                "path" => items.extend(element.shape(polylines(attribute(tag, "d").unwrap_or_default()))),
+                "circle" => items.extend(element.shape(vec![circle(tag)])),
+                "text" => items.extend(element.written(tag, &unescaped(text))),
                 _ => {}
             }
             if !tag.ends_with('/') {
                 open.push(element);
             }
         }
-        Self { size: plot::size(svg), shapes }
+        Self { size: plot::size(svg), items }
     }
 }
 
@@ -225,46 +247,44 @@ fn opened<'s>(rules: &[Rule<'_>], open: &[Element<'s>], name: &'s str, tag: &'s 
 }
 
 impl Element<'_> {
-    fn shape(&self, mut lines: Vec<Vec<Place>>) -> Option<Shape> {
+    fn shape(&self, mut lines: Vec<Vec<Place>>) -> Option<Item> {
         let Look { fill, stroke, width, dash, opacity, is_crisp, .. } = self.look;
         for place in lines.iter_mut().flatten() {
-            *place = (place.0 + self.origin.0, place.1 + self.origin.1);
+            *place = self.placed(*place);
         }
         let stroke = stroke.map(|colour| (colour, width));
-        (fill.is_some() || stroke.is_some()).then_some(Shape { lines, fill, stroke, dash, opacity, is_crisp })
+        let shape = Shape { lines, fill, stroke, dash, opacity, is_crisp };
+        (fill.is_some() || stroke.is_some()).then_some(Item::Shape(shape))
     }
 
-    /// A text, after its outline where it has one.
-    fn written(&self, tag: &str, text: &str) -> Vec<Shape> {
-        let height = CAP_SHARE * FONT_SIZE;
-        let wide = f64::from(stroke_font::width(text, height as f32));
-        let start = match attribute(tag, "text-anchor") {
-            Some("middle") => -wide / 2.0,
-            Some("end") => -wide,
+    fn written(&self, tag: &str, text: &str) -> Option<Item> {
+        let Look { fill, stroke, width, opacity, is_bold, .. } = self.look;
+        let wide = FONT_SIZE * f64::from(Font::weighing(is_bold).width(text));
+        let back = match attribute(tag, "text-anchor") {
+            Some("middle") => wide / 2.0,
+            Some("end") => wide,
             _ => 0.0,
         };
-        let upright: Vec<Vec<Place>> =
-            stroke_font::strokes(text, (start as f32, -height as f32), height as f32)
-                .into_iter()
-                .map(|stroke| stroke.into_iter().map(|(x, y)| (f64::from(x), f64::from(y))).collect())
-                .collect();
         let turned = attribute(tag, "transform").and_then(|transform| {
             let places = transform.strip_prefix("translate(")?.strip_suffix(") rotate(-90)")?;
             let (x, y) = places.split_once(' ')?;
             Some((x.parse::<f64>().ok()?, y.parse::<f64>().ok()?))
         });
-        let place = |(x, y): Place| match turned {
-            Some((left, top)) => (left + y, top - x),
-            None => (number(tag, "x") + x, number(tag, "y") + y),
-        };
-        let lines: Vec<Vec<Place>> =
-            upright.into_iter().map(|line| line.into_iter().map(place).collect()).collect();
-        let letters = if self.look.is_bold { BOLD_LETTERS } else { PLAIN_LETTERS };
-        let drawn = |look: Look| Element { look, ..*self }.shape(lines.clone());
-        let plain = Look { fill: None, dash: None, ..self.look.clone() };
-        let outline = self.look.stroke.map(|_| Look { width: self.look.width + letters, ..plain.clone() });
-        let ink = Look { stroke: self.look.fill, width: letters, ..plain };
-        outline.into_iter().chain([ink]).filter_map(drawn).collect()
+        let start =
+            turned.map_or_else(|| (number(tag, "x") - back, number(tag, "y")), |(x, y)| (x, y + back));
+        Some(Item::Text(Text {
+            letters: text.to_owned(),
+            start: self.placed(start),
+            is_turned: turned.is_some(),
+            is_bold,
+            ink: fill?,
+            outline: stroke.map(|colour| (colour, width)),
+            opacity,
+        }))
+    }
+
+    fn placed(&self, (x, y): Place) -> Place {
+        (x + self.origin.0, y + self.origin.1)
     }
 }
 
@@ -312,15 +332,15 @@ mod tests {
     use super::*;
 
     fn only(svg: &str) -> Shape {
-        let shapes = Drawing::of(svg).shapes;
-        let [shape] = shapes.as_slice() else { panic!("{shapes:?}") };
+        let items = Drawing::of(svg).items;
+        let [Item::Shape(shape)] = items.as_slice() else { panic!("{items:?}") };
         shape.clone()
     }
 
     #[test]
     fn lines_have_their_places_and_the_looks_of_the_style_sheet() {
         let drawing = Drawing::of(r#"<svg class="figure" viewBox="0 0 90 60"><g/></svg>"#);
-        assert_eq!((drawing.size, drawing.shapes.len()), ((90.0, 60.0), 0));
+        assert_eq!((drawing.size, drawing.items.len()), ((90.0, 60.0), 0));
         let path = r#"<path class="stroke bold left" d="M10 20l-1.5-2l0.5 4M1 2l3 4"/>"#;
         let shape = only(&format!(r#"<svg class="figure" viewBox="0 0 90 60">{path}</svg>"#));
         let wanted = [vec![(10.0, 20.0), (8.5, 18.0), (9.0, 22.0)], vec![(1.0, 2.0), (4.0, 6.0)]];
@@ -341,22 +361,20 @@ mod tests {
     }
 
     #[test]
-    fn text_is_lines_at_its_anchor() {
+    fn text_begins_where_its_anchor_says() {
         let text = |attributes: &str| {
-            let shape = only(&format!(
-                r#"<svg class="figure"><text class="label" {attributes}>a &lt; b</text></svg>"#
-            ));
-            let places: Vec<Place> = shape.lines.into_iter().flatten().collect();
-            let of = |value: fn(&Place) -> f64| {
-                let values = places.iter().map(value);
-                values.fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)))
-            };
-            (of(|place| place.0), of(|place| place.1))
+            let svg = format!(
+                r#"<svg><svg x="100" y="0" class="figure"><text class="label" {attributes}>a &lt; µ</text></svg></svg>"#
+            );
+            let items = Drawing::of(&svg).items;
+            let [Item::Text(text)] = items.as_slice() else { panic!("{items:?}") };
+            text.clone()
         };
-        let ((left, right), (top, bottom)) = text(r#"x="50" y="20" text-anchor="middle""#);
-        assert!(((left + right) / 2.0 - 50.0).abs() < 1.5 && right - left > 15.0);
-        assert!(top > 10.0 && (19.5..20.5).contains(&bottom), "{top} {bottom}");
-        let ((left, right), _) = text(r#"text-anchor="middle" transform="translate(13 100) rotate(-90)""#);
-        assert!((4.0..13.0).contains(&left) && (12.5..13.5).contains(&right), "{left} {right}");
+        let wide = FONT_SIZE * f64::from(Font::weighing(false).width("a < µ"));
+        let plain = text(r#"x="50" y="20" text-anchor="middle""#);
+        assert_eq!((plain.letters.as_str(), plain.is_turned, plain.is_bold), ("a < µ", false, false));
+        assert_eq!((plain.start, plain.outline), ((150.0 - wide / 2.0, 20.0), None));
+        let turned = text(r#"text-anchor="end" transform="translate(13 100) rotate(-90)""#);
+        assert_eq!((turned.start, turned.is_turned), ((113.0, 100.0 + wide), true));
     }
 }

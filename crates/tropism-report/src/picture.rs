@@ -1,11 +1,12 @@
 //! Cropping, scaling and drawing on pictures.
 
 use tiny_skia::{
-    Color, FillRule, FilterQuality, LineCap, LineJoin, Paint, PathBuilder, Pixmap, PixmapPaint, Stroke,
+    Color, FillRule, FilterQuality, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Stroke,
     Transform,
 };
 
-use super::{lamp, stroke_font};
+use super::font::Font;
+use super::lamp;
 use tropism::geometry::{Pixel, Region};
 use tropism::lamps::{Layout, Light};
 use tropism::math::interpolate::lerp;
@@ -77,6 +78,12 @@ fn enlarged(image: &Image, columns: usize, rows: usize) -> Option<Image> {
     Some(Canvas { pixmap, unit: 1.0 }.image())
 }
 
+fn ink([red, green, blue]: [u8; 3]) -> Paint<'static> {
+    let mut paint = Paint::default();
+    paint.set_color(Color::from_rgba8(red, green, blue, 255));
+    paint
+}
+
 /// A picture to draw on.
 pub(super) struct Canvas {
     pixmap: Pixmap,
@@ -109,17 +116,18 @@ impl Canvas {
         Image { width, height, rgb }
     }
 
-    fn stroke(&mut self, path: PathBuilder, [red, green, blue]: [u8; 3], width: f64) {
-        let Some(path) = path.finish() else { return };
-        let mut paint = Paint::default();
-        paint.set_color(Color::from_rgba8(red, green, blue, 255));
+    fn stroke(&mut self, path: &Path, colour: [u8; 3], width: f64) {
         let stroke = Stroke {
             width: (width * self.unit) as f32,
             line_cap: LineCap::Round,
             line_join: LineJoin::Round,
             ..Stroke::default()
         };
-        self.pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+        self.pixmap.stroke_path(path, &ink(colour), &stroke, Transform::identity(), None);
+    }
+
+    fn fill(&mut self, path: &Path, colour: [u8; 3]) {
+        self.pixmap.fill_path(path, &ink(colour), FillRule::Winding, Transform::identity(), None);
     }
 
     /// Strokes a line through `places`, `width` units wide.
@@ -129,14 +137,17 @@ impl Canvas {
             let (x, y) = (place.x as f32, place.y as f32);
             if index == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
         }
-        self.stroke(path, colour, width);
+        if let Some(path) = path.finish() {
+            self.stroke(&path, colour, width);
+        }
     }
 
     /// Strokes a circle of `radius` units.
     pub(super) fn ring(&mut self, at: Pixel, radius: f64, colour: [u8; 3]) {
-        let mut path = PathBuilder::new();
-        path.push_circle(at.x as f32, at.y as f32, (radius * self.unit) as f32);
-        self.stroke(path, colour, 1.4);
+        if let Some(circle) = PathBuilder::from_circle(at.x as f32, at.y as f32, (radius * self.unit) as f32)
+        {
+            self.stroke(&circle, colour, 1.4);
+        }
     }
 
     /// Draws a circle for each lamp along the upper edge, in the order of their x, filled where the lamp is lit.
@@ -151,12 +162,9 @@ impl Canvas {
             let share = index as f64 / (lights.len() - 1) as f64;
             let at = Pixel::new(lerp(inset, self.width() - inset, share), inset);
             if lit == Some(light) {
-                let [red, green, blue] = lamp::colour(lit);
-                let mut paint = Paint::default();
-                paint.set_color(Color::from_rgba8(red, green, blue, 255));
                 let radius = (radius * self.unit) as f32;
                 if let Some(disc) = PathBuilder::from_circle(at.x as f32, at.y as f32, radius) {
-                    self.pixmap.fill_path(&disc, &paint, FillRule::Winding, Transform::identity(), None);
+                    self.fill(&disc, lamp::colour(lit));
                 }
             }
             self.ring(at, radius, WHITE);
@@ -166,7 +174,8 @@ impl Canvas {
     /// Writes a text on the lower edge, at its left or its right end.
     pub(super) fn caption(&mut self, text: &str, is_right: bool) {
         let (height, inset) = (9.0, 10.0 * self.unit);
-        let width = f64::from(stroke_font::width(text, (height * self.unit) as f32));
+        let font = Font::weighing(false);
+        let width = f64::from(font.width(text) / font.capitals()) * height * self.unit;
         let x = if is_right { self.width() - inset - width } else { inset };
         let y = f64::from(self.pixmap.height()) - inset - height * self.unit;
         self.text(text, (x, y), height);
@@ -174,9 +183,12 @@ impl Canvas {
 
     /// Writes a text with its upper left corner at `(x, y)`, in letters `height` units high.
     pub(super) fn text(&mut self, text: &str, (x, y): (f64, f64), height: f64) {
-        for (colour, width) in [(BLACK, 3.6), (WHITE, 1.4)] {
-            let path = stroke_font::path(text, (x as f32, y as f32), (height * self.unit) as f32);
-            self.stroke(path, colour, width);
+        let font = Font::weighing(false);
+        let height = (height * self.unit) as f32;
+        let size = height / font.capitals();
+        if let Some(letters) = font.outlines(text, (x as f32, y as f32 + height), size) {
+            self.stroke(&letters, BLACK, 2.2);
+            self.fill(&letters, WHITE);
         }
     }
 }
