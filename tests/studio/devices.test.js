@@ -1,33 +1,15 @@
 // Devices by hand, and notes: on the virtual tent by touch, and on an emulated WLED controller beside a run.
 import assert from "node:assert/strict";
 import fs from "node:fs";
-import http from "node:http";
 import path from "node:path";
 import { after } from "node:test";
-import { close, folder, page, run, start, studio, test, until } from "./helpers.js";
+import { close, folder, page, run, start, studio, test, until, wled } from "./helpers.js";
 
 after(close);
 
 const PHONE = { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true };
 const text = (opened, selector) => opened.textContent(selector);
 const lamp = (opened, name) => opened.locator("#lamps li", { hasText: new RegExp(`^\\s*${name}`) });
-
-/** A WLED controller of two segments, as its documentation describes it. */
-async function wled(t) {
-  const segments = new Map();
-  let uptime = 0;
-  const server = http.createServer(async (request, response) => {
-    let body = "";
-    for await (const part of request) body += part;
-    for (const segment of body ? (JSON.parse(body).seg ?? []) : []) segments.set(segment.id, segment);
-    const info = { leds: { count: 288 }, uptime: uptime++, live: false };
-    const state = { on: true, bri: 255, seg: [...segments.values()] };
-    response.end(JSON.stringify(request.url?.includes("/json/info") ? info : state));
-  });
-  await new Promise((done) => server.listen(0, "127.0.0.1", () => done(undefined)));
-  t.after(() => server.close());
-  return { url: `http://127.0.0.1:${server.address().port}`, lit: () => [...segments.values()].filter((segment) => segment.on).map((segment) => segment.id) };
-}
 
 /** A rig of its lamps, and of a camera that shows one photograph of the virtual tent. */
 async function rig(t, cwd, url) {

@@ -2,6 +2,7 @@
 import { spawn, spawnSync } from "node:child_process";
 import { once } from "node:events";
 import fs from "node:fs";
+import http from "node:http";
 import net from "node:net";
 import os from "node:os";
 import path from "node:path";
@@ -178,6 +179,23 @@ export async function network(t, address) {
     server.close();
   });
   return { address: `http://127.0.0.1:${server.address().port}/`, state, cut };
+}
+
+/** A WLED controller, as its documentation describes it. */
+export async function wled(t) {
+  const segments = new Map();
+  let uptime = 0;
+  const server = http.createServer(async (request, response) => {
+    let body = "";
+    for await (const part of request) body += part;
+    for (const segment of body ? (JSON.parse(body).seg ?? []) : []) segments.set(segment.id, segment);
+    const info = { leds: { count: 288 }, uptime: uptime++, live: false };
+    const state = { on: true, bri: 255, seg: [...segments.values()] };
+    response.end(JSON.stringify(request.url?.includes("/json/info") ? info : state));
+  });
+  await new Promise((done) => server.listen(0, "127.0.0.1", () => done(undefined)));
+  atEnd(t, () => server.close());
+  return { url: `http://127.0.0.1:${server.address().port}`, lit: () => [...segments.values()].filter((segment) => segment.on).map((segment) => segment.id) };
 }
 
 /** Photographs of the run in `at`. */

@@ -319,6 +319,32 @@ fn all_faults_of_a_file_and_of_the_devices_are_told_at_once() {
 }
 
 #[test]
+fn a_tent_that_is_not_calibrated_yet_is_tried_and_photographed_and_not_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    tent(folder);
+    let text = fs::read_to_string(folder.join("rig.toml")).unwrap();
+    fs::write(folder.join("rig.toml"), text.split("[calibration]").next().unwrap()).unwrap();
+    let (code, lines) = check(folder, &[]);
+    let failed: Vec<_> = lines.iter().filter(|line| line.starts_with("fail")).collect();
+    assert!(code == 1 && failed.len() == 1 && failed[0].contains("no [calibration]"), "{failed:#?}");
+    has(&lines, "pass lamps left is left, and right is right");
+
+    let tropism = |words: &[&str]| {
+        let done =
+            Command::new(env!("CARGO_BIN_EXE_tropism")).current_dir(folder).args(words).output().unwrap();
+        (done.status.code(), String::from_utf8(done.stderr).unwrap(), String::from_utf8(done.stdout).unwrap())
+    };
+    let (code, error, said) = tropism(&["photo", "rig.toml", "--out", "photo.jpg", "--json"]);
+    let said: Value = serde_json::from_str(&said).unwrap_or_else(|cause| panic!("{cause}: {error}"));
+    assert_eq!((code, &said["seen"]), (Some(0), &Value::Null));
+    assert!(folder.join("photo.jpg").exists());
+    let (code, error, _) = tropism(&["run", "--rig", "rig.toml", "--controller", "greedy", "--out", "bean"]);
+    assert!(code == Some(1) && error.contains("rig.toml: found no [calibration]"), "{error}");
+    assert!(!folder.join("bean").exists());
+}
+
+#[test]
 fn a_camera_that_answers_only_at_the_second_try_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

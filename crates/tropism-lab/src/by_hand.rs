@@ -90,8 +90,8 @@ pub struct PhotoResults {
     pub is_virtual: bool,
     /// File of the photograph.
     pub photograph: PathBuf,
-    /// What is seen in it.
-    pub seen: Seen,
+    /// What is seen in it; `None` as long as the rig file has no calibration.
+    pub seen: Option<Seen>,
 }
 
 /// What is seen in a photograph by itself, without those before it.
@@ -112,8 +112,8 @@ pub struct Seen {
 pub struct Taken {
     /// The photograph.
     pub photo: Photo,
-    /// What is seen in it.
-    pub seen: Seen,
+    /// What is seen in it; `None` as long as the rig file has no calibration.
+    pub seen: Option<Seen>,
 }
 
 /// A rig that is switched by hand. Its light goes off when it is dropped, and when the process dies, by a watchdog.
@@ -122,7 +122,8 @@ pub struct RigByHand {
     /// Its file, for errors and those who list processes.
     path: PathBuf,
     layout: Layout,
-    tracker: TipTracker,
+    /// What finds the tip; `None` without a calibration.
+    tracker: Option<TipTracker>,
     tent: Option<TentHandle>,
     camera: Option<Box<dyn Camera>>,
     lamps: Option<Box<dyn Lamps>>,
@@ -152,14 +153,14 @@ impl RigByHand {
             (Some(tent), _) => {
                 let (device, tracker) =
                     tent.open(1, rig.period_min, &rig.vision).map_err(Error::at(path.display()))?;
-                (Some(device), tracker)
+                (Some(device), Some(tracker))
             }
             (None, Some(calibration)) => {
                 let tracker =
                     TipTracker::new(calibration, rig.vision.clone()).map_err(Error::at(path.display()))?;
-                (None, tracker.with_period(rig.period_min))
+                (None, Some(tracker.with_period(rig.period_min)))
             }
-            (None, None) => return Err(Error::Plan(format!("{}: found no calibration", path.display()))),
+            (None, None) => (None, None),
         };
         Ok(Self {
             layout: rig.layout().map_err(Error::at(path.display()))?,
@@ -277,14 +278,16 @@ impl RigByHand {
         let photo = Photo { time_s: time.as_secs_f64(), ..photo.map_err(self.at())? };
         self.taken += 1;
         // By itself: who moves the camera or the plant does not want what was before.
-        let seen = self.tracker.clone().observe(&Frame::new(photo.clone()));
-        let is_found = seen.status == FrameStatus::Ok;
-        let seen = Seen {
-            status: seen.status.name(),
-            tip_px: seen.tip_px.filter(|_| is_found),
-            tip: seen.observation.filter(|_| is_found).map(|observation| observation.tip),
-            confidence: seen.confidence,
-        };
+        let seen = self.tracker.clone().map(|mut tracker| {
+            let seen = tracker.observe(&Frame::new(photo.clone()));
+            let is_found = seen.status == FrameStatus::Ok;
+            Seen {
+                status: seen.status.name(),
+                tip_px: seen.tip_px.filter(|_| is_found),
+                tip: seen.observation.filter(|_| is_found).map(|observation| observation.tip),
+                confidence: seen.confidence,
+            }
+        });
         Ok(Taken { photo, seen })
     }
 
@@ -406,11 +409,12 @@ mod tests {
     fn the_tip_is_seen_by_flash_and_not_in_the_dark() {
         let mut rig = RigByHand::open(tent(), Path::new("greenhouse"), None).unwrap();
         let Taken { photo, seen } = rig.photograph(true).unwrap();
+        let seen = seen.unwrap();
         assert_eq!((seen.status, photo.time_s), ("ok", 0.0));
         assert!(seen.tip.is_some_and(|tip| tip.y > 2.0) && seen.tip_px.is_some(), "{seen:?}");
         // Each photograph is judged by itself: the tip before is not carried forward.
         let Taken { photo, seen } = rig.photograph(false).unwrap();
-        assert_eq!((seen.tip, photo.time_s), (None, 300.0));
+        assert_eq!((seen.unwrap().tip, photo.time_s), (None, 300.0));
         rig.light(Some(Light::LEFT)).unwrap();
         assert_eq!(rig.lit(), Some(Light::LEFT));
         rig.light(None).unwrap();

@@ -99,17 +99,24 @@ async function photograph() {
   }
 }
 
-/** @param {{ number: number, seen: { status: string, tip: [number, number] | null, tip_px: { x: number, y: number } | null, confidence: number } }} photo */
+/** @param {{ number: number, seen: { status: string, tip: [number, number] | null, tip_px: { x: number, y: number } | null, confidence: number } | null }} photo */
 function show({ number, seen }) {
   taken = Date.now();
   const image = $("#img");
   image.hidden = false;
   $("#no-photo").hidden = true;
   const own = rig();
-  image.onload = () => clickIn({ rig: own, number, size: [image.naturalWidth, image.naturalHeight] });
+  image.onload = () => {
+    if (!about?.size) frameFor(image.naturalWidth, image.naturalHeight);
+    clickIn({ rig: own, number, size: [image.naturalWidth, image.naturalHeight] });
+  };
   image.src = `api/rig/photo?number=${number}`;
-  const { tip, tip_px: pixel } = seen;
-  const text = tip ? `Tip at ${num(tip[0], 1)}, ${num(tip[1], 1)} cm, confidence ${num(seen.confidence, 2)}.` : `No plant found: ${seen.status.replaceAll("_", " ")}.`;
+  const { tip = null, tip_px: pixel = null } = seen ?? {};
+  const text = tip
+    ? `Tip at ${num(tip[0], 1)}, ${num(tip[1], 1)} cm, confidence ${num(seen.confidence, 2)}.`
+    : seen
+      ? `No plant found: ${seen.status.replaceAll("_", " ")}.`
+      : "Not calibrated yet: calibrate by clicks, then the plant is looked for.";
   $("#seen").textContent = text;
   image.alt = text;
   put($("#over"), pixel ? trusted(ring(pixel.x, pixel.y, (about?.size?.[0] ?? 648) / 59)) : "");

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism_lab::by_hand::{PhotoPlan, PhotoResults};
+use tropism_lab::by_hand::{PhotoPlan, PhotoResults, Seen};
 
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
@@ -44,12 +44,15 @@ impl Photo {
 }
 
 fn text(PhotoResults { photograph, seen, is_virtual, .. }: &PhotoResults) -> String {
-    let tip = match (seen.tip, seen.tip_px) {
-        (Some(tip), Some(pixel)) => format!(
-            "tip at {:.1}, {:.1} cm, pixel {:.0}, {:.0}, confidence {:.2}",
-            tip.x, tip.y, pixel.x, pixel.y, seen.confidence
+    let tip = match seen {
+        None => {
+            "no plant is looked for without a [calibration]; tropism calibrate-camera makes one".to_owned()
+        }
+        Some(Seen { tip: Some(tip), tip_px: Some(pixel), confidence, .. }) => format!(
+            "tip at {:.1}, {:.1} cm, pixel {:.0}, {:.0}, confidence {confidence:.2}",
+            tip.x, tip.y, pixel.x, pixel.y
         ),
-        _ => format!("no plant found ({})", seen.status),
+        Some(Seen { status, .. }) => format!("no plant found ({status})"),
     };
     let of = if *is_virtual { ", of a virtual bean" } else { "" };
     format!("wrote {}: {tip}{of}", photograph.display())

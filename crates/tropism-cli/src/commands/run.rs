@@ -159,7 +159,7 @@ fn load_rig(path: &Path, tent: Option<Greenhouse>, task: &Task, period_min: Opti
         path.display()
     );
     let rig: RigFile = files::read_toml(path)?;
-    rig.check().with_context(|| path.display().to_string())?;
+    rig.check().and_then(|()| rig.calibrated()).with_context(|| path.display().to_string())?;
     Ok(rig)
 }
 

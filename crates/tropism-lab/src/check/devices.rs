@@ -37,8 +37,9 @@ pub(super) struct Devices<'m> {
     has_flash: bool,
     lamps: Option<Box<dyn Lamps>>,
     layout: Layout,
-    tracker: TipTracker,
-    calibration: Calibration,
+    /// What finds the tip; `None` without a calibration.
+    tracker: Option<TipTracker>,
+    calibration: Option<Calibration>,
     /// The clock of a virtual tent, whose photographs repeat unless time passes, and the period.
     clock: Option<(Box<dyn Clock>, Duration)>,
     /// The setting by which old frames of the camera are discarded.
@@ -79,7 +80,6 @@ impl<'m> Devices<'m> {
         monitor: &'m dyn Monitor,
         findings: &mut Findings,
     ) -> Option<Self> {
-        let calibration = rig.calibration()?;
         let layout = rig.layout().ok()?;
         let (device, tracker) = greenhouse
             .open(1, rig.period_min, &rig.vision)
@@ -96,8 +96,8 @@ impl<'m> Devices<'m> {
             has_flash: true,
             lamps: Some(Box::new(device.clone())),
             layout,
-            tracker,
-            calibration,
+            tracker: Some(tracker),
+            calibration: rig.calibration(),
             clock: Some((Box::new(device), period)),
             discard_key: None,
             kept,
@@ -112,15 +112,17 @@ impl<'m> Devices<'m> {
         monitor: &'m dyn Monitor,
         findings: &mut Findings,
     ) -> Option<Self> {
-        let calibration = rig.calibration()?;
+        let calibration = rig.calibration();
         let broker = rig.mqtt.as_ref();
         let mut fail = |group, error: String| {
             findings.fail(group, error, "see that it is plugged in, free, and named as the rig file says");
         };
         // All are opened before any is given up, so that each problem is found.
-        let tracker = TipTracker::new(calibration, rig.vision.clone())
-            .and_then(|tracker| tracker.with_period(rig.period_min).with_clicks(&rig.clicks))
-            .map_err(|error| fail(Group::Plant, error.to_string()));
+        let tracker = calibration.map(|calibration| {
+            TipTracker::new(calibration, rig.vision.clone())
+                .and_then(|tracker| tracker.with_period(rig.period_min).with_clicks(&rig.clicks))
+                .map_err(|error| fail(Group::Plant, error.to_string()))
+        });
         let flash: Result<Box<dyn Flash>, ()> = match &rig.flash {
             None => Ok(Box::new(NoFlash)),
             Some(flash) => flash.open(broker).map_err(|error| fail(Group::Flash, error.to_string())),
@@ -138,7 +140,7 @@ impl<'m> Devices<'m> {
             has_flash: rig.flash.is_some(),
             lamps: lamps.ok(),
             layout: rig.layout().ok()?,
-            tracker: tracker.ok()?,
+            tracker: tracker.transpose().ok()?,
             calibration,
             clock: None,
             discard_key,
@@ -252,11 +254,13 @@ impl<'m> Devices<'m> {
         let Some((dark, shots, after)) = self.take_shots(findings)? else {
             return self.examine_unseen(is_dark, findings);
         };
-        judge_camera(&self.calibration, &shots, findings);
+        judge_camera(self.calibration.as_ref(), &shots, findings);
         if self.has_flash {
             judge_flash(&dark, &shots, &after, self.discard_key, findings);
         }
-        judge_plant(&mut self.tracker, &shots, findings);
+        if let Some(tracker) = &mut self.tracker {
+            judge_plant(tracker, &shots, findings);
+        }
         if is_dark { self.examine_lamps(&after, findings) } else { Ok(()) }
     }
 

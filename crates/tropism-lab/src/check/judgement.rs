@@ -28,11 +28,12 @@ const TIP_HEIGHTS_CM: std::ops::RangeInclusive<f64> = 0.2..=60.0;
 const MAX_LEAN_CM: f64 = 40.0;
 
 /// Judges size, freshness, exposure and sharpness of photographs by the same light.
-pub(super) fn judge_camera(calibration: &Calibration, shots: &[Shot], findings: &mut Findings) {
-    let Calibration { width, height, .. } = *calibration;
+pub(super) fn judge_camera(calibration: Option<&Calibration>, shots: &[Shot], findings: &mut Findings) {
     let count = shots.len();
     let (found_width, found_height) = (shots[0].image.width, shots[0].image.height);
     let longest = shots.iter().map(|shot| shot.took).max().unwrap_or_default().as_secs_f64();
+    let (width, height) =
+        calibration.map_or((found_width, found_height), |&Calibration { width, height, .. }| (width, height));
     if (found_width, found_height) == (width, height) {
         let found =
             format!("{} of {width} x {height} pixels, {longest:.1} s at most", plural(count, "photograph"));

@@ -23,6 +23,11 @@ pub(super) fn examine(rig: &RigFile, findings: &mut Findings) {
         findings.pass(Group::Settings, "a virtual tent: no device of it can fail");
         return;
     }
+    if let Err(fault) = rig.calibrated() {
+        let remedy =
+            "by clicks: tropism studio, Devices by hand; then check again, also that the plant is seen";
+        findings.fail(Group::Settings, fault.to_string(), remedy);
+    }
     if rig.durability() == Durability::Fast {
         findings.warn(
             Group::Settings,

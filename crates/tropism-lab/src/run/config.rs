@@ -168,7 +168,7 @@ impl RunConfig {
     /// [`Error::Plan`] names the key, its value and its range.
     pub fn check(&self) -> Result<(), Error> {
         let plan = |error: &dyn std::error::Error| Error::Plan(error.to_string());
-        self.rig.check().map_err(|error| plan(&error))?;
+        self.rig.check().and_then(|()| self.rig.calibrated()).map_err(|error| plan(&error))?;
         self.task.check().map_err(|error| plan(&error))?;
         let layout = self.rig.layout().map_err(|error| plan(&error))?;
         self.controller.check(&layout, self.rig.period_min)

@@ -263,10 +263,23 @@ impl RigFile {
         time_zone(self.time_zone.as_deref())
     }
 
-    /// How photographs of this rig map to centimetres.
+    /// How photographs of this rig map to centimetres; `None` until a real camera is calibrated.
     #[must_use]
     pub fn calibration(&self) -> Option<Calibration> {
         self.greenhouse.as_ref().map(Greenhouse::calibration).or(self.calibration)
+    }
+
+    /// The [calibration](Self::calibration), without which a rig can be tried but no plant measured.
+    ///
+    /// # Errors
+    /// [`RigFileError`] says how it is made.
+    pub fn calibrated(&self) -> Result<Calibration, RigFileError> {
+        self.calibration().ok_or_else(|| {
+            let how = "`tropism photo` takes a photograph, `tropism calibrate-camera` measures in it";
+            RigFileError(format!(
+                "found no [calibration], which says where the root is and what a cm is: {how}"
+            ))
+        })
     }
 
     /// Opens all alert channels; `run` is the run's name, and `folder` its folder, if it is of one run.
@@ -361,15 +374,11 @@ impl RigFile {
 
     /// What is wrong with the settings of real devices.
     fn device_faults(&self, add: &mut impl FnMut(Result<(), String>)) {
-        let missing = [
-            ("camera", self.camera.is_none()),
-            ("lamps", self.lamps.is_none()),
-            ("calibration", self.calibration.is_none()),
-        ];
-        let missing: Vec<&str> =
-            missing.iter().filter(|(_, is_missing)| *is_missing).map(|(key, _)| *key).collect();
+        let missing = [("camera", self.camera.is_none()), ("lamps", self.lamps.is_none())];
+        let missing: Vec<String> =
+            missing.iter().filter(|(_, is_missing)| *is_missing).map(|(key, _)| format!("[{key}]")).collect();
         if !missing.is_empty() {
-            add(Err(format!("found no {}, wanted them, or greenhouse instead", missing.join(", "))));
+            add(Err(format!("found no {}, wanted real devices, or [greenhouse]", missing.join(" and no "))));
         }
         if let Some(broker) = &self.mqtt {
             add(broker.check());
@@ -434,9 +443,9 @@ impl RigFile {
             .with_side(side);
             return Ok(OpenRig { rig, truth: Some(device) });
         }
-        let (Some(camera), Some(lamps), Some(calibration)) = (&self.camera, &self.lamps, self.calibration)
-        else {
-            return Err(RigFileError("found no devices, wanted camera, lamps and calibration".to_owned()));
+        let calibration = self.calibrated()?;
+        let (Some(camera), Some(lamps)) = (&self.camera, &self.lamps) else {
+            return Err(RigFileError("found no devices, wanted camera and lamps".to_owned()));
         };
         let layout = self.layout()?;
         let tracker = TipTracker::new(calibration, self.vision.clone()).map_err(found)?;
