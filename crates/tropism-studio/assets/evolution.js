@@ -206,6 +206,9 @@ function runs() {
   show();
 }
 
+/** A figure of the server, with a name for those who do not see it. @param {string} svg @param {string} name */
+const named = (svg, name) => trusted(svg.replace("<svg", `<svg role="img" aria-label="${name}"`));
+
 let asks = 0;
 async function show() {
   const ask = ++asks;
@@ -220,8 +223,9 @@ async function show() {
   if (ask !== asks) return;
   $("#network-name").textContent = `Network of run ${shownRun()}`;
   $("#network-size").textContent = `${plural(champion.hidden, "hidden neuron")}, ${plural(champion.links, "link")}`;
-  put($("#network"), champion.network ? trusted(champion.network.svg) : html`<p class="soft">${champion.too_large}</p>`);
-  put($("#decision"), champion.decision ? trusted(champion.decision.svg) : "");
+  const size = $("#network-size").textContent;
+  put($("#network"), champion.network ? named(champion.network.svg, `Network of run ${shownRun()}: ${size}`) : html`<p class="soft">${champion.too_large}</p>`);
+  put($("#decision"), champion.decision ? named(champion.decision.svg, "The lamp for each place of the tip") : "");
   $("#decision-text").textContent = champion.decision?.caption ?? "";
   const scores = champion.paths.map((path) => path.fitness);
   $("#paths-text").textContent = scores.length

@@ -86,12 +86,17 @@ export function photograph() {
   scrub.max = String(Math.max(0, run.steps.length - 1));
   scrub.value = String(place());
   scrub.setAttribute("aria-valuetext", one ? `step ${one.number}, ${when(one)}` : "none");
-  for (const button of $$("#strip button")) {
-    button.setAttribute("aria-pressed", String(button.dataset.from <= place() && place() < button.dataset.to));
-  }
+  press();
   age();
 }
 onLook.push(photograph);
+
+/** Marks the button of the strip whose photographs hold the one that is shown. */
+function press() {
+  for (const button of $$("#strip button")) {
+    button.setAttribute("aria-pressed", String(button.dataset.from <= place() && place() < button.dataset.to));
+  }
+}
 
 /** How old the photograph is, and whether a newer one should be there. */
 export function age() {
@@ -130,6 +135,7 @@ export function strip() {
     </button>`;
   };
   put($("#strip"), marks.map(button));
+  press();
 }
 
 // The small photographs come after the large one.

@@ -177,7 +177,7 @@ export function draw() {
   $("#plane").style.setProperty("--u", scale.toFixed(2));
   const focused = /** @type {any} */ (document.activeElement)?.dataset?.grip;
   $("#plane").innerHTML =
-    `<svg class="figure" viewBox="0 0 ${W} ${H}">${HATCH}${behind()}<path class="grid" d="${grid}"/>${area()}${heights.join("")}${dotted.join("")}${lampAt(-1, "left")}${lampAt(1, "right")}${pot}<path class="soil" d="M0 ${SOIL}H${W}"/>${form}${things.join("")}${ghosts.join("")}${trail(trial)}${plant(trial)}${ways.join("")}${parts.join("")}${marks.join("")}${grips.join("")}</svg>`;
+    `<svg class="figure" viewBox="0 0 ${W} ${H}" role="group">${HATCH}${behind()}<path class="grid" d="${grid}"/>${area()}${heights.join("")}${dotted.join("")}${lampAt(-1, "left")}${lampAt(1, "right")}${pot}<path class="soil" d="M0 ${SOIL}H${W}"/>${form}${things.join("")}${ghosts.join("")}${trail(trial)}${plant(trial)}${ways.join("")}${parts.join("")}${marks.join("")}${grips.join("")}</svg>`;
   if (focused !== undefined) $(`#plane [data-grip="${focused}"]`)?.focus();
 }
 /** Half of what a finger meets, whatever the scale of the drawing. */
