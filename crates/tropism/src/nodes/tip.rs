@@ -20,9 +20,9 @@ use crate::math::vector::{Vec3, along, norm, scale, sub};
 use crate::math::{exp, ln};
 use crate::random::{NoiseStream, Purpose};
 
-/// Powers of the irradiance that are tried.
+/// Powers of the irradiance that are tried. Chosen: from nearly no effect of intensity to proportional.
 const POWERS: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
-/// Memories of the light that are tried, in h.
+/// Memories of the light that are tried, in h. Chosen: around the bean's, each twice the one before.
 const MEMORIES_H: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 /// Distance at which a lamp of the paper has the reference irradiance, in cm (section 2.1).
 const LAMP_CM: f64 = 35.0;

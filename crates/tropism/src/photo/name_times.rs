@@ -514,7 +514,7 @@ struct Reading {
     spread: u64,
 }
 
-/// Names on which a form is tried before all are read.
+/// Names on which a form is tried before all are read. Chosen by hand.
 const TRIED: usize = 40;
 
 /// All readings of a series that give most names a time, and most of them different ones.

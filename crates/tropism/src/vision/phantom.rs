@@ -8,7 +8,7 @@ use crate::geometry::Pixel;
 use crate::vision::raster::plane::Plane;
 use crate::vision::tracking::flow::{correlation, window};
 
-/// Pictures of a series that are compared, at most, at equal distances.
+/// Pictures of a series that are compared, at most, at equal distances. Chosen by hand.
 pub const COMPARED: usize = 24;
 
 /// Number of detected tips below which nothing is said: in a few photographs a plant does not move either. Chosen by hand: more
@@ -19,7 +19,7 @@ pub const LEAST_TIPS: usize = 20;
 /// 0.95 and more, in 19 with a plant up to 0.65.
 pub const MOST_RESEMBLANCE: f64 = 0.8;
 
-/// Side of the window around a tip, as a share of the picture's height, and at least, in samples.
+/// Side of the window around a tip, as a share of the picture's height, and at least, in samples. Chosen by hand.
 const SIDE_SHARE: f64 = 0.04;
 const LEAST_SIDE: usize = 21;
 

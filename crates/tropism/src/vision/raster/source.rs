@@ -66,7 +66,7 @@ pub(in crate::vision) fn coarse_luma(picture: &dyn PixelSource) -> Vec<f32> {
     picture.downscale_luma(Region::whole((width, height)), factor)
 }
 
-/// Columns or rows, whichever are more, of a picture's [`reduced_luma`], at most.
+/// Columns or rows, whichever are more, of a picture's [`reduced_luma`], at most. Chosen by hand.
 const MOST_SAMPLES: usize = 1_000;
 
 /// The luma of a whole picture, reduced by a whole number so that it has at most 1000 columns and rows.

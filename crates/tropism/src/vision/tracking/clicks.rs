@@ -17,7 +17,7 @@ use crate::vision::tracking::flow::{FollowedPoint, Pyramid};
 const TOLERANCE_PX: f64 = 5.0;
 const TOLERANCE_SHARE: f64 = 0.02;
 
-/// Confidence where the two ways agree within a tolerance.
+/// Confidence where the two ways agree within a tolerance. Chosen on the first halves of `scripts/score-clicks`.
 const AGREED: f64 = 0.95;
 
 /// Confidence right beside a click with flow from one side only, and photographs after which it is half of that.
@@ -32,7 +32,7 @@ const UNCONFIRMED: f64 = 0.995;
 /// witnesses so far apart do not agree. What flies past the tip may take the flow with it across the picture.
 const MOST_MOTION: f64 = 3.0;
 
-/// Confidence from which on a place is an answer.
+/// Confidence from which on a place is an answer. Chosen: even odds.
 pub const LEAST_CONFIDENCE: f64 = 0.5;
 
 /// A click on a point of the plant.
