@@ -8,7 +8,7 @@
 
 use serde::{Deserialize, Serialize};
 use tropism::check::{OutOfRange, within};
-use tropism::lamps::{Layout, Light};
+use tropism::lamps::{Colour, Layout, Light};
 use tropism::lighting::{FULL, Lighting};
 use tropism::math;
 use tropism::math::vector::{Vec3, add, dot, norm, normalize_or, scale, sub};
@@ -39,8 +39,19 @@ pub type Rgb = [f64; 3];
 /// Colour of the flash after white balance: a bulb of 2700 K (section 2.1). Chosen by hand on photographs.
 const FLASH_TINT: Rgb = [1.0, 0.89, 0.70];
 
-/// Colour of a lamp with all three diodes on (630, 530 and 475 nm) after white balance. Chosen by hand on photographs.
-const LAMP_TINT: Rgb = [0.13, 0.52, 1.45];
+/// Colour of the paper's lamps, all three diodes on (630, 530 and 475 nm), after white balance. Chosen by hand on photographs.
+const BLUE_TINT: Rgb = [0.13, 0.52, 1.45];
+
+/// Colour of a lamp of `colour` in photographs, after white balance. All but the paper's are chosen by hand: white as daylight
+/// beside the flash, red as one diode in the red band, far red through what a filter against infrared lets pass.
+const fn tint(colour: Colour) -> Rgb {
+    match colour {
+        Colour::Blue => BLUE_TINT,
+        Colour::White => [0.85, 0.9, 1.1],
+        Colour::Red => [1.3, 0.12, 0.03],
+        Colour::FarRed => [0.15, 0.01, 0.01],
+    }
+}
 
 /// Ambient share of the flash: light after many reflections. Chosen by hand on photographs.
 const BOUNCE: f64 = 0.35;
@@ -140,14 +151,17 @@ pub(super) struct Lit {
     pub(super) bulb: Vec3,
     /// Its power, above 0 and at most 1.
     pub(super) power: f64,
+    /// Its colour at full power.
+    tint: Rgb,
 }
 
 impl LightSources {
     /// Lamps that `layout` does not have are dark.
     pub(super) fn new(scene: &Scene, layout: &Layout, lighting: Lighting, flash: bool, view: View) -> Self {
         let lit = |(light, level): (Light, u8)| {
-            let bulb = view.to_camera(bulb(layout.lamps().get(light.index())?.at));
-            Some(Lit { light, bulb, power: f64::from(level) / f64::from(FULL) })
+            let lamp = layout.lamps().get(light.index())?;
+            let (bulb, power) = (view.to_camera(bulb(lamp.at)), f64::from(level) / f64::from(FULL));
+            Some(Lit { light, bulb, power, tint: tint(lamp.colour) })
         };
         Self {
             flash: if flash { scene.flash * scene.exposure } else { 0.0 },
@@ -190,7 +204,7 @@ impl LightSources {
         let to_lamp = sub(lit.bulb, place);
         let far = norm(to_lamp).max(LAMP_RADIUS);
         let direct = (35.0 / far) * (35.0 / far) * lambert(dot(to_lamp, normal) / far, wrap);
-        scale(LAMP_TINT, self.lamp * lit.power * direct)
+        scale(lit.tint, self.lamp * lit.power * direct)
     }
 
     /// Blinn-Phong highlights of the lights on a glossy surface at `place`.
@@ -201,7 +215,7 @@ impl LightSources {
             math::pow(dot(half, normal).max(0.0), 30.0)
         };
         let flash = scale(FLASH_TINT, self.flash * spot(FLASH));
-        let lamp = |lit: Lit| scale(LAMP_TINT, 2.0 * self.lamp * lit.power * spot(lit.bulb));
+        let lamp = |lit: Lit| scale(lit.tint, 2.0 * self.lamp * lit.power * spot(lit.bulb));
         add(flash, self.sum(lamp))
     }
 
@@ -209,7 +223,7 @@ impl LightSources {
     /// skirt. Amplitudes and widths chosen by hand on photographs.
     pub(super) fn veil(&self, lit: Lit, far: f64) -> Rgb {
         let falloff = 6.0 * math::exp(-far / 0.9) + 0.10 * math::exp(-far / 4.5);
-        scale(LAMP_TINT, self.lamp * lit.power * self.glow / 0.20 * falloff)
+        scale(lit.tint, self.lamp * lit.power * self.glow / 0.20 * falloff)
     }
 
     /// The power of a lamp, 0 if it is dark.

@@ -20,8 +20,8 @@ use crate::view::{CAMERA, View, WALL, project};
 /// Albedo of black cloth: two dull browns, because its dye reflects near infrared.
 const CLOTH: [Rgb; 2] = [[0.068, 0.040, 0.044], [0.055, 0.047, 0.030]];
 
-/// How much more of the diodes' narrow light the dye gives back than of a bulb's.
-const BLUE_ON_CLOTH: Rgb = [0.6, 1.0, 1.4];
+/// How much more of the diodes' narrow light the dye gives back than of a bulb's, band by band.
+const DIODES_ON_CLOTH: Rgb = [0.6, 1.0, 1.4];
 
 const LINER: Rgb = [0.062, 0.042, 0.046];
 const POT: Rgb = [0.62, 0.60, 0.64];
@@ -192,7 +192,7 @@ impl Background {
         let lamps = lighting.sum(|lit| {
             let flood = self.flood(hit.at, self.coil(lit));
             let lamp = scale(lighting.by_lamp(lit, hit.at, hit.normal, 0.1), shade(lit.bulb));
-            core::array::from_fn(|band| lamp[band] * flood * BLUE_ON_CLOTH[band])
+            core::array::from_fn(|band| lamp[band] * flood * DIODES_ON_CLOTH[band])
         });
         add(add(scale(lighting.bounced(), BETWEEN), flash), lamps)
     }

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use tropism::geometry::Point;
-use tropism::lamps::{Layout, Light};
+use tropism::lamps::{Colour, Lamp, Layout, Light};
 use tropism::math;
 use tropism::photo::{Image, Photo};
 use tropism_bean::pose::{Leaf, Node, Pose};
@@ -114,6 +114,22 @@ fn the_lit_lamp_is_the_brightest_thing_and_without_lights_it_is_dark() {
     }
     let dark = renderer.draw(&pose, None, false, 0);
     assert!(dark.rgb.iter().all(|&byte| byte < 30));
+}
+
+#[test]
+fn a_lamp_shines_in_its_colour() {
+    let under = |colour| {
+        let [left, right] = [Lamp::new("left", [-35.0, 10.0, 0.0]), Lamp::new("right", [35.0, 10.0, 0.0])];
+        let layout = Layout::new(vec![left, right.with_colour(colour)]).unwrap();
+        let mut renderer = Renderer::new(&Scene::default(), 2).under(&layout);
+        let image = renderer.draw(&bean(10.0, 0.0, 0.0), Some(Light::RIGHT), false, 0);
+        // What is not clipped.
+        let soft = image.rgb.chunks_exact(3).filter(|rgb| rgb.iter().all(|&byte| byte < 200));
+        let sum = |band: usize| soft.clone().map(|rgb| f64::from(rgb[band])).sum::<f64>();
+        sum(0) / sum(2)
+    };
+    let [blue, white, red] = [Colour::Blue, Colour::White, Colour::Red].map(under);
+    assert!(blue < 0.5 && (0.3..2.0).contains(&white) && red > 2.0, "{blue} {white} {red}");
 }
 
 #[test]
