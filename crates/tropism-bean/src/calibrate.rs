@@ -95,10 +95,10 @@ pub enum CalibrateError {
     #[error("found {0} measured steps under a lamp, wanted at least {FEWEST}")]
     Short(usize),
     /// Only one lamp was ever lit: what bends the plant cannot be told from its growing crooked.
-    #[error("found one lamp lit all the time, wanted both in turn")]
+    #[error("one lamp was lit all the time: light both in turn")]
     OneLamp,
     /// No upright plant at the start.
-    #[error("found the first tip below the soil, wanted a plant above it")]
+    #[error("the first tip is below the soil")]
     Below,
 }
 

@@ -74,7 +74,7 @@ fn tracks() {
         fails(&folder, &["fit", file, "--out", "out.json"], &[wanted]);
         fails(&folder, &["score", file], &[wanted]);
     }
-    fails(&folder, &["fit", "dark.csv", "--out", "out.json"], &["no usable step"]);
+    fails(&folder, &["fit", "dark.csv", "--out", "out.json"], &["no step of 1 tracks can be used"]);
     assert!(!folder.path().join("out.json").exists());
 }
 
@@ -280,7 +280,7 @@ fn tasks_rigs_and_studies() {
     let run = |rig| ["run", "--rig", rig, "--controller", "greedy", "--out", "r"];
     fails(&folder, &run("absent.toml"), &["absent.toml: cannot read"]);
     fails(&folder, &run("bad.toml"), &["bad.toml", "targts"]);
-    fails(&folder, &run("nothing.toml"), &["nothing.toml", "camera, lamps, calibration"]);
+    fails(&folder, &run("nothing.toml"), &["nothing.toml", "no [camera] and no [lamps]"]);
     fs::write(folder.path().join("scale.toml"), "[greenhouse]\nvariation = 3.0\n").unwrap();
     fails(&folder, &run("scale.toml"), &["greenhouse.variation = 3"]);
     let parts = [("06:00", "22:00"), ("21:00", "23:00")]

@@ -156,7 +156,7 @@ fn what_is_wrong_in_a_tent_is_found() {
             "camera",
             "n=$(",
             "exit 1; n=$(",
-            "fail camera photograph 1 (dark): camera (sh camera): found exit status: 1",
+            "fail camera photograph 1 (dark): camera (sh camera): it ended with exit status: 1",
         ),
         // The frame before this one, as cameras with a queue give.
         (
@@ -170,7 +170,7 @@ fn what_is_wrong_in_a_tent_is_found() {
             "rig.toml",
             "[\"touch\", \"flash\"]",
             "[\"false\"]",
-            "fail flash flash (false): found exit status: 1",
+            "fail flash flash (false): it ended with exit status: 1",
         ),
         (
             "rig.toml",
@@ -283,7 +283,7 @@ fn the_readings_of_a_meter_become_settings() {
         ("umol = { left = -1.0 }", "umol.left: found -1, wanted above 0 and at most 3000 µmol/m²/s"),
         ("colours = { top = \"red\" }", "lamps.colours: top is no lamp of [lamps]"),
         ("colours = { left = \"green\" }", "unknown variant `green`"),
-        ("colours = { left = \"red\", right = \"red\" }", "found no blue or white lamp"),
+        ("colours = { left = \"red\", right = \"red\" }", "no lamp is blue or white"),
     ] {
         let error = refused(settings);
         assert!(error.contains(wanted), "{wanted}: {error}");

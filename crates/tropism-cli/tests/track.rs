@@ -414,7 +414,7 @@ fn bad_files_are_classes_and_never_end_a_batch() {
         ("503", "found 10000 x 10000 pixels, wanted at most"),
         ("504", "found a picture of 1 x 1, wanted 120 x 90 as calibrated"),
         ("501", "the same bytes as the photograph before"),
-        ("601", "found a damaged picture"),
+        ("601", "the picture is damaged"),
         ("609", "the data end before the last block"),
     ] {
         assert!(problem(second).contains(wanted), "{second}: {}", problem(second));

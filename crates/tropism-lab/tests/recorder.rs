@@ -576,7 +576,7 @@ fn a_first_photograph_without_a_plant_is_an_error() {
     let (mut world, _) = open(folder.path(), false, &[0]).unwrap();
     let error =
         run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut unwatched).unwrap_err();
-    assert!(error.to_string().contains("000000.jpg: found no plant (dark)"), "{error}");
+    assert!(error.to_string().contains("000000.jpg: no plant is seen"), "{error}");
 }
 
 /// Hears all, and asks for an end at a beat.

@@ -100,6 +100,10 @@ fn replicates_make_controllers_that_steer_the_same_plants() {
         );
     }
 
+    let tasks = ReplicatesPlan::tasks_of_folder(&whole.out).unwrap();
+    assert_eq!(tasks.keys().collect::<Vec<_>>(), ["alike", "borrowed", "varied"]);
+    assert!(tasks.values().all(|task| task.max_steps == 20));
+
     // A report compares the methods of each scenario by their replicates.
     let out = folder.path().join("report.html");
     let report = ReportPlan { sources: vec![whole.out.clone()], out, figures: None };

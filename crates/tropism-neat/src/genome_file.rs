@@ -302,7 +302,7 @@ pub enum GenomeError {
         weight: f64,
     },
     /// Two links have the same source and the same target.
-    #[error("found two links from neuron {from} to neuron {to}, wanted at most one")]
+    #[error("two links lead from neuron {from} to neuron {to}")]
     DuplicateLink {
         /// Id of the source.
         from: u32,
@@ -341,10 +341,7 @@ mod tests {
                 refusal(|g| g.links[1].innovation = 1),
                 "found innovation 1 after 1, wanted ascending numbers from 1, each once",
             ),
-            (
-                refusal(|g| g.links[2].from = 5),
-                "found two links from neuron 5 to neuron 4, wanted at most one",
-            ),
+            (refusal(|g| g.links[2].from = 5), "two links lead from neuron 5 to neuron 4"),
             (refusal(|g| g.links[0].weight = 1e308), "found link 1 with weight 1"),
             (refusal(|g| g.neurons[4].id = 4), "found neuron id 4 after 4, wanted inputs"),
             (refusal(|g| g.neurons.swap(0, 1)), "found neuron id 2 after 0, wanted inputs"),

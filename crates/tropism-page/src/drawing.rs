@@ -106,7 +106,7 @@ fn pairs(points: &[Point]) -> Vec<[f64; 2]> {
 fn check_near(mut points: impl Iterator<Item = Point>) -> Result<(), PageError> {
     let is_far = |point: Point| !point.is_finite() || point.x.abs().max(point.y.abs()) > MOST_CM;
     if points.any(is_far) {
-        return Err(PageError::new(format!("found something beyond {MOST_CM} cm, wanted it nearer")));
+        return Err(PageError::new(format!("everything must lie within {MOST_CM} cm")));
     }
     Ok(())
 }
@@ -161,9 +161,7 @@ impl Drawing {
             if targets.is_empty() && obstacles.is_empty() && way_points.is_empty() {
                 return form.task();
             }
-            return Err(PageError::new(
-                "found a form of the stem beside targets or obstacles, wanted one or the other",
-            ));
+            return Err(PageError::new("a drawing has either a form of the stem, or targets and obstacles"));
         }
         if targets.is_empty() || targets.len() > MOST_TARGETS {
             let count = targets.len();

@@ -499,7 +499,7 @@ impl Batch {
         plants: impl Fn(usize) -> Box<dyn Plants>,
     ) -> PyResult<Self> {
         if count == 0 {
-            return Err(refused("found 0 plants, wanted at least one"));
+            return Err(refused("there are no plants"));
         }
         let nothing = Observation::simulated(episodes.task.start);
         let place = Place {
@@ -861,7 +861,7 @@ impl Batch {
     fn progress<'py>(&self, py: Python<'py>) -> PyResult<Progress<'py>> {
         let targets = self.episodes.targets.len();
         if self.places().any(|place| place.distances.len() != targets) {
-            return Err(refused("found no episode with contacts and distances, wanted `reset` first"));
+            return Err(refused("call `reset` first"));
         }
         let (mut touches, mut gaps, mut contacts) = (Vec::new(), Vec::new(), Vec::new());
         let mut distances = Vec::with_capacity(self.count * targets);

@@ -182,7 +182,7 @@ pub(crate) fn rig_loop<'py>(
     let trouble = Trouble::default();
     let task = any_task(task, &trouble)?;
     if task.is_in_space() && side.is_none() {
-        return Err(refused("found a rig with one camera, wanted a second one (`side`) for a task in space"));
+        return Err(refused("a task in space needs a second camera (`side`)"));
     }
     let layout: Layout = parsed("layout", layout)?;
     let calibration: Calibration = parsed("calibration", calibration)?;

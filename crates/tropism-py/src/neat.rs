@@ -250,7 +250,7 @@ impl Networks {
     #[new]
     fn new(genomes: Vec<PyRef<'_, Genome>>) -> PyResult<Self> {
         let Some(first) = genomes.first() else {
-            return Err(refused("found no genomes, wanted at least one"));
+            return Err(refused("there are no genomes"));
         };
         let (inputs, outputs) = (first.0.inputs(), first.0.outputs());
         if let Some(other) =

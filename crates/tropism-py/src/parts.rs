@@ -138,7 +138,7 @@ fn observation_of(value: &Bound<'_, PyAny>) -> PyResult<Observation> {
     if let Ok((x, y)) = value.extract::<(f64, f64)>() {
         return Ok(Observation::simulated(Point::new(x, y)));
     }
-    let wanted = |_| refused("found no observation, wanted (x, y) or (x, y, stem) in cm");
+    let wanted = |_| refused("an observation is (x, y) or (x, y, stem), in cm");
     let (x, y, stem) = value.extract::<(f64, f64, Vec<(f64, f64)>)>().map_err(wanted)?;
     let stem = Polyline(stem.into_iter().map(|(x, y)| Point::new(x, y)).collect());
     Ok(Observation { stem: Some(stem), ..Observation::simulated(Point::new(x, y)) })
@@ -246,7 +246,7 @@ impl PlantModel for PythonModel {
             let call = || {
                 let next = self.object.bind(py).call_method1("step", arguments)?;
                 if next.is_none() {
-                    return Err(refused("found None from step, wanted the plant after the step"));
+                    return Err(refused("step returned None, and not the plant after the step"));
                 }
                 Ok(Arc::new(next.unbind()))
             };

@@ -50,7 +50,7 @@ pub(crate) fn task_of(json: &str) -> PyResult<Task> {
     task.check().map_err(refused)?;
     if task.is_to_draw() {
         return Err(refused(
-            "found targets that are still to be drawn, wanted drawn ones; `tropism.transfer` draws them",
+            "these targets are still to be drawn; `tropism.transfer` draws them",
         ));
     }
     Ok(task)
@@ -372,11 +372,11 @@ impl TentBatch {
     #[pyo3(signature = (greenhouse, task, vision, period_min, count=1))]
     fn new(greenhouse: &str, task: &str, vision: &str, period_min: f64, count: usize) -> PyResult<Self> {
         if count == 0 {
-            return Err(refused("found 0 tents, wanted at least one"));
+            return Err(refused("there are no tents"));
         }
         let task = task_of(task)?;
         if task.is_in_space() {
-            return Err(refused("task: found a task in space, wanted one for the front camera alone"));
+            return Err(refused("task: a task in space needs a second camera"));
         }
         let greenhouse = opened_for(&task, greenhouse)?;
         let vision = parsed("vision", vision)?;

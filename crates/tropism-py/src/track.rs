@@ -87,7 +87,7 @@ impl Whole {
     fn track(mut self) -> PyResult<tropism::track::Track> {
         let rows = self.step.len();
         if rows == 0 {
-            return Err(refused("found a track without rows, wanted at least one"));
+            return Err(refused("the track has no rows"));
         }
         self.stems.resize(rows, None);
         self.depths.resize(rows, None);
@@ -180,7 +180,7 @@ impl Track {
     fn rows(&self, start: usize, end: usize) -> PyResult<Self> {
         let samples = self.0.samples.get(start..end).filter(|samples| !samples.is_empty());
         let samples =
-            samples.ok_or_else(|| refused("found a slice without rows, wanted at least one"))?.to_vec();
+            samples.ok_or_else(|| refused("the slice has no rows"))?.to_vec();
         let columns = self.0.columns.iter().map(|column| {
             let values = match &column.values {
                 Values::Numbers { values, decimals } => {

@@ -195,7 +195,7 @@ def test_answers_that_cannot_be_are_refused(tip_model: Model) -> None:
         def step(self, plant: Any, light: int, noise: Noise) -> Any:
             return None
 
-    with pytest.raises(tropism.PlanError, match="found None from step"):
+    with pytest.raises(tropism.PlanError, match="step returned None"):
         loop.simulate(Forgets(), Greedy())
     with pytest.raises(NotImplementedError, match="Controller lacks decide"):
         loop.simulate(tip_model, Controller())

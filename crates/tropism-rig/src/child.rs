@@ -22,8 +22,7 @@ const STDERR_WAIT: Duration = Duration::from_secs(1);
 /// group is killed.
 pub(crate) fn run(device: &str, words: &[String], timeout: Duration) -> Result<Vec<u8>, RigError> {
     let error = |problem: String| failed(format!("{device} ({})", words.join(" ")), problem);
-    let (program, arguments) =
-        words.split_first().ok_or_else(|| error("found no words, wanted a program".into()))?;
+    let (program, arguments) = words.split_first().ok_or_else(|| error("the command is empty".into()))?;
     let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     // A process group of its own: it can be killed as a whole, and Ctrl-C does not reach it.
@@ -38,7 +37,7 @@ pub(crate) fn run(device: &str, words: &[String], timeout: Duration) -> Result<V
             Ok(None) if Instant::now() < deadline => thread::sleep(Duration::from_millis(5)),
             Ok(None) => {
                 kill(&mut child);
-                return Err(error(format!("found it still running after {timeout:?}, wanted it done")));
+                return Err(error(format!("it still runs after {timeout:?}")));
             }
             Err(cause) => return Err(error(cause.to_string())),
         }
@@ -47,7 +46,7 @@ pub(crate) fn run(device: &str, words: &[String], timeout: Duration) -> Result<V
     while !stdout.is_finished() {
         if Instant::now() >= deadline {
             kill(&mut child);
-            return Err(error(format!("found its output still open after {timeout:?}, wanted it closed")));
+            return Err(error(format!("its output is still open after {timeout:?}")));
         }
         thread::sleep(Duration::from_millis(5));
     }
@@ -59,11 +58,11 @@ pub(crate) fn run(device: &str, words: &[String], timeout: Duration) -> Result<V
         }
         let stderr = if stderr.is_finished() { stderr.join().unwrap_or_default() } else { Vec::new() };
         let stderr = String::from_utf8_lossy(&stderr[..stderr.len().min(400)]).trim().to_owned();
-        return Err(error(format!("found {status}, wanted success: {stderr}")));
+        return Err(error(format!("it ended with {status}: {stderr}")));
     }
     let bytes = stdout.join().unwrap_or_default();
     if bytes.len() as u64 > MAX_BYTES {
-        return Err(error(format!("found more than {MAX_BYTES} bytes on stdout, wanted a photograph")));
+        return Err(error(format!("it wrote more than {MAX_BYTES} bytes, which is no photograph")));
     }
     Ok(bytes)
 }
@@ -107,12 +106,12 @@ mod tests {
         let error = fails(&["sh", "-c", "echo no camera >&2; exit 3"], 5.0);
         assert!(error.contains("camera (sh -c") && error.contains("no camera"), "{error}");
         assert!(fails(&["/no/such/program"], 5.0).contains("cannot be started"));
-        assert!(fails(&[], 5.0).contains("wanted a program"));
+        assert!(fails(&[], 5.0).contains("the command is empty"));
     }
 
     #[test]
     fn a_program_that_hangs_is_killed() {
-        assert!(fails(&["sleep", "60"], 0.1).contains("still running"));
+        assert!(fails(&["sleep", "60"], 0.1).contains("still runs"));
     }
 
     #[test]
@@ -120,7 +119,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let id = folder.path().join("id");
         let script = format!("sleep 60 & echo $! > {0}.new; mv {0}.new {0}; wait", id.display());
-        assert!(fails(&["sh", "-c", &script], 2.0).contains("still running"));
+        assert!(fails(&["sh", "-c", &script], 2.0).contains("still runs"));
         let id = std::fs::read_to_string(id).unwrap();
         let is_alive = || {
             let state = std::fs::read_to_string(format!("/proc/{}/stat", id.trim()));

@@ -190,7 +190,7 @@ mod tests {
             format!("driver = \"command\"\non = {hang}\noff = {off}\nmax_on_s = 0.3\ntimeout_s = 20.0");
         let driver: crate::driver::FlashDriver = toml::from_str(&text).unwrap();
         let mut flash = driver.open(None).unwrap();
-        assert!(flash.flash(true).unwrap_err().to_string().contains("still running"));
+        assert!(flash.flash(true).unwrap_err().to_string().contains("still runs"));
         drop(flash);
         let text = std::fs::read_to_string(log).unwrap();
         let times = |word: &str| -> Vec<u64> {

@@ -61,7 +61,7 @@ pub struct GpioFlash {
 impl Line {
     pub(crate) fn check(&self) -> Result<(), String> {
         if self.name.is_empty() {
-            return Err("found an empty line.name, wanted a name or a number".to_owned());
+            return Err("line.name is empty: give a name or a number".to_owned());
         }
         if self.chip.is_none() && self.name.parse::<u32>().is_ok() {
             return Err(format!(
@@ -125,7 +125,7 @@ impl Line {
     /// GPIO lines exist on Linux only.
     #[cfg(not(target_os = "linux"))]
     pub(crate) fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
-        Err(failed(device, "found no GPIO, wanted Linux"))
+        Err(failed(device, "GPIO needs Linux"))
     }
 }
 

@@ -40,7 +40,7 @@ impl Request<'_> {
     pub(crate) fn send(&self, json: Option<&str>) -> Result<Vec<u8>, RigError> {
         let left = self.deadline.saturating_duration_since(Instant::now());
         if left.is_zero() {
-            return Err(self.error("found no answer in time, wanted one".to_owned()));
+            return Err(self.error("no answer in time".to_owned()));
         }
         let agent = ureq::Agent::config_builder()
             .timeout_global(Some(left))
@@ -190,7 +190,7 @@ impl OpenHttpCamera {
         picture::check(&bytes).map_err(|problem| request.error(problem))?;
         // Sensor noise makes two fresh frames differ.
         if bytes == self.last || bytes == discarded {
-            return Err(request.error("found a frame that it gave before, wanted a fresh one".to_owned()));
+            return Err(request.error("it gave the same frame again".to_owned()));
         }
         self.last.clone_from(&bytes);
         Ok(Photo { name: String::new(), bytes, time_s: 0.0 })
@@ -296,11 +296,11 @@ pub(crate) mod tests {
     #[test]
     fn a_camera_that_repeats_itself_is_refused() {
         let error = fails("discard_frames = 1", |_, _, socket| reply(socket, &jpeg(7)));
-        assert!(error.contains("gave before"), "{error}");
+        assert!(error.contains("the same frame again"), "{error}");
         let url = device(|_, _, socket| reply(socket, &jpeg(7)));
         let mut camera = camera(&url, "discard_frames = 0");
         camera.photograph().unwrap();
-        assert!(camera.photograph().unwrap_err().to_string().contains("gave before"));
+        assert!(camera.photograph().unwrap_err().to_string().contains("the same frame again"));
     }
 
     #[test]
@@ -316,7 +316,7 @@ pub(crate) mod tests {
         assert!(!error.contains("wanted a JPEG"), "{error}");
         // Half a file as if it were whole.
         let error = fails("discard_frames = 0", |_, _, socket| reply(socket, &jpeg(1)[..300]));
-        assert!(error.contains("damaged picture"), "{error}");
+        assert!(error.contains("picture is damaged"), "{error}");
         // With an end marker put back, as some bridges do; the next picture is whole.
         let url = device(|number, _, socket| {
             let whole = jpeg(number);

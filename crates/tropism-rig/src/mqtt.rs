@@ -237,9 +237,7 @@ impl Plug {
             }
         }
         if self.dims && self.dialect == Dialect::Plain {
-            return Err(
-                "found plug.dims with a plain plug, wanted it only for tasmota and zigbee2mqtt".to_owned()
-            );
+            return Err("plug.dims is for tasmota and zigbee2mqtt, not for a plain plug".to_owned());
         }
         match (self.on_time_s, self.dialect) {
             (None, _) | (Some(1..), Dialect::Zigbee2mqtt) => Ok(()),
@@ -268,10 +266,8 @@ impl Plug {
             (Dialect::Plain, None, (Some(set), Some(state))) => {
                 Ok(Topics { set: set.clone(), state: state.clone(), availability: None })
             }
-            (Dialect::Plain, ..) => {
-                Err("found a plain plug, wanted set_topic and state_topic, and no name".to_owned())
-            }
-            _ => Err("found a plug without its name or with topics, wanted its name alone".to_owned()),
+            (Dialect::Plain, ..) => Err("a plain plug has set_topic and state_topic, and no name".to_owned()),
+            _ => Err("a plug of this dialect has a name and no topics".to_owned()),
         }
     }
 
@@ -335,7 +331,7 @@ impl Plug {
 
     pub(crate) fn open(&self, device: &str, broker: Option<&Broker>) -> Result<OpenPlug, RigError> {
         let Some(broker) = broker else {
-            return Err(failed(device, "found no [mqtt], wanted the host of the broker"));
+            return Err(failed(device, "there is no [mqtt], which names the host of the broker"));
         };
         let topics = self.topics().map_err(|problem| failed(device, problem))?;
         Ok(OpenPlug {
@@ -422,9 +418,7 @@ impl OpenPlug {
                 }
                 Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
                     let timeout = self.plug.timeout_s.duration();
-                    return Err(
-                        self.error(format!("while {doing}: found no answer in {timeout:?}, wanted one"))
-                    );
+                    return Err(self.error(format!("while {doing}: no answer in {timeout:?}")));
                 }
             }
         }
@@ -441,7 +435,7 @@ impl OpenPlug {
         let is_on = level > 0;
         let timeout = if is_on { self.on_timeout } else { self.plug.timeout_s.duration() };
         let deadline = Instant::now() + timeout;
-        let offline = || self.error("found it offline, wanted it reachable".to_owned());
+        let offline = || self.error("it is offline".to_owned());
         let refused = |error: rumqttc::ClientError| self.error(error.to_string());
         loop {
             // A refusal of the broker arrives as an error.
@@ -549,8 +543,8 @@ mod tests {
         assert_eq!(z2m.payload(false), "{\"state\":\"OFF\"}");
         assert_eq!(z2m.topics().unwrap().state, "zigbee2mqtt/flash");
         for (text, wanted) in [
-            ("dialect = \"tasmota\"", "wanted its name"),
-            ("dialect = \"plain\"\nname = \"x\"", "wanted set_topic and state_topic"),
+            ("dialect = \"tasmota\"", "has a name and no topics"),
+            ("dialect = \"plain\"\nname = \"x\"", "has set_topic and state_topic"),
             ("dialect = \"plain\"\nset_topic = \"x/#\"\nstate_topic = \"y\"", "without + and #"),
             ("dialect = \"tasmota\"\nname = \"x\"\non_time_s = 3", "PulseTime"),
             ("dialect = \"zigbee2mqtt\"\nname = \"x\"\non_time_s = 0", "on_time_s = 0"),
@@ -605,7 +599,7 @@ mod tests {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port();
         let error = open(port, &tasmota(0.2)).switch(true).unwrap_err().to_string();
-        assert!(error.contains("while connecting: found no answer in 200ms"), "{error}");
+        assert!(error.contains("while connecting: no answer in 200ms"), "{error}");
         drop(listener);
         let error = open(port, &tasmota(5.0)).switch(true).unwrap_err().to_string();
         assert!(
@@ -613,7 +607,7 @@ mod tests {
             "{error}"
         );
         let error = tasmota(1.0).open("flash", None).err().unwrap().to_string();
-        assert!(error.contains("found no [mqtt]"), "{error}");
+        assert!(error.contains("no [mqtt]"), "{error}");
     }
 
     /// A simulated plug: the commands that it received, and whether it obeys.
@@ -755,7 +749,7 @@ mod tests {
         client.try_publish("tele/flash/LWT", QoS::AtLeastOnce, true, "Offline").unwrap();
         hear(&mut connection, |packet| matches!(packet, Packet::PubAck(_)));
         let error = open(broker.port, &plug).switch(true).unwrap_err().to_string();
-        assert!(error.contains("found it offline"), "{error}");
+        assert!(error.contains("it is offline"), "{error}");
         assert!(device.printed().is_empty());
     }
 
@@ -835,7 +829,7 @@ mod tests {
             let error =
                 tasmota(0.3).open("flash", Some(&broker)).unwrap().switch(false).unwrap_err().to_string();
             let took = started.elapsed();
-            assert!(error.contains("found no answer in 300ms"), "{error}");
+            assert!(error.contains("no answer in 300ms"), "{error}");
             assert!(took < Duration::from_secs(3), "{took:?}");
             // Not even the end of the process may wait for it.
             std::process::exit(0);

@@ -41,7 +41,7 @@ pub fn broker(broker: &Broker, plugs: &[&Plug]) -> Result<BrokerReport, RigError
                 return Err(error(format!("while {doing}: {}", in_plain_words(&cause.to_string()))));
             }
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
-                return Err(error(format!("while {doing}: found no answer in {TIMEOUT:?}, wanted one")));
+                return Err(error(format!("while {doing}: no answer in {TIMEOUT:?}")));
             }
         }
     };

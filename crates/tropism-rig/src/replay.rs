@@ -25,10 +25,8 @@ impl ReplayCamera {
         let folder = if of_a_run.is_dir() { of_a_run } else { self.folder.clone() };
         let photographs = photographs(&folder).map_err(|error| cannot_read(&folder, &error))?;
         if photographs.is_empty() {
-            let problem = format!(
-                "{}: found no .jpg, .jpeg, .png, .tif or .tiff file, wanted photographs",
-                folder.display()
-            );
+            let problem =
+                format!("{}: there are no photographs (.jpg, .jpeg, .png, .tif, .tiff)", folder.display());
             return Err(failed("camera (replay)", problem));
         }
         Ok(OpenReplayCamera { photographs, next: 0 })
@@ -72,7 +70,7 @@ impl Camera for OpenReplayCamera {
     fn photograph(&mut self) -> Result<Photo, RigError> {
         let device = "camera (replay)";
         let Some(photograph) = self.photographs.get(self.next) else {
-            let problem = format!("found only {} photographs, wanted one more", self.photographs.len());
+            let problem = format!("the {} photographs are used up", self.photographs.len());
             return Err(failed(device, problem));
         };
         self.next += 1;
@@ -109,7 +107,7 @@ mod tests {
             assert_eq!(camera.photograph().unwrap().bytes, b"000000.jpg");
             camera.skip();
             assert_eq!(camera.photograph().unwrap().bytes, b"000002.jpg");
-            assert!(camera.photograph().unwrap_err().to_string().contains("found only 3"));
+            assert!(camera.photograph().unwrap_err().to_string().contains("the 3 photographs are used up"));
         }
         assert!(ReplayCamera { folder: "/no/such".into() }.open().is_err());
     }

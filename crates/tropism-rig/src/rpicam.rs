@@ -198,9 +198,9 @@ fn find_program() -> Result<String, RigError> {
         return Ok(name.to_owned());
     }
     let problem = if is_there("raspistill") {
-        "found only raspistill, which cannot say what it did, wanted rpicam-still: sudo apt install rpicam-apps"
+        "only raspistill is installed, which cannot say what it did: sudo apt install rpicam-apps"
     } else {
-        "found no rpicam-still, wanted it: sudo apt install rpicam-apps"
+        "rpicam-still is not installed: sudo apt install rpicam-apps"
     };
     Err(failed("camera", problem))
 }
@@ -362,14 +362,14 @@ mod tests {
     fn a_program_that_hangs_dies_or_writes_half_a_file_gives_no_photograph() {
         // As it does when the device times out: it says so, and tries for ever, in a child.
         let hangs = "echo 'Device timeout detected, attempting a restart!!!' >&2\nsleep 60 &\nwait";
-        assert!(photograph(hangs, 0.4).unwrap_err().contains("still running"));
+        assert!(photograph(hangs, 0.4).unwrap_err().contains("still runs"));
         let dies =
             photograph("echo 'ERROR: *** failed to acquire camera ***' >&2\nexit 255", 20.0).unwrap_err();
         assert!(dies.contains("255") && dies.contains("failed to acquire camera"), "{dies}");
         let killed = photograph("kill -9 $$", 20.0).unwrap_err();
         assert!(killed.contains("signal"), "{killed}");
         let half = photograph(&format!("head -c 300 $picture > $photo\n{SAYS}"), 20.0).unwrap_err();
-        assert!(half.contains("damaged picture"), "{half}");
+        assert!(half.contains("picture is damaged"), "{half}");
         assert!(photograph(SAYS, 20.0).unwrap_err().contains("found no photograph"));
         assert!(photograph("cp $picture $photo", 20.0).unwrap_err().contains("found no metadata"));
         let stale = format!("cp $picture $photo\nnow=$((now - 3000000000))\n{SAYS}");

@@ -305,7 +305,7 @@ mod tests {
             if answer == Answer::Confirmed {
                 Ok(())
             } else {
-                Err(failed(format!("lamp {}", self.index), "found silence, wanted a confirmation"))
+                Err(failed(format!("lamp {}", self.index), "no confirmation came"))
             }
         }
     }
@@ -400,7 +400,7 @@ mod tests {
                 let now = all.levels;
                 all.moments.push(now);
             }
-            if answer == Answer::Confirmed { Ok(()) } else { Err(failed("lamp", "found silence")) }
+            if answer == Answer::Confirmed { Ok(()) } else { Err(failed("lamp", "no confirmation came")) }
         }
     }
 
@@ -512,7 +512,7 @@ mod tests {
         lock(&tent).commands.clear();
         lock(&tent).answers = vec![Answer::Ignored];
         let error = four.light(Some(Light::BACK)).unwrap_err().to_string();
-        assert_eq!(error, "lamp 0: found silence, wanted a confirmation");
+        assert_eq!(error, "lamp 0: no confirmation came");
         assert_eq!(lock(&tent).commands, [(1, false), (2, false)]);
         assert_eq!(lock(&tent).is_lit, [false; 4]);
         let error = four.light(Light::new(4)).unwrap_err().to_string();

@@ -158,7 +158,7 @@ mod device {
                 while stream.will_block().map_err(error("ask for a frame"))? {
                     if Instant::now() >= deadline {
                         let timeout = self.timeout_s.duration();
-                        return Err(self.error(format!("found no frame in {timeout:?}, wanted one")));
+                        return Err(self.error(format!("no frame in {timeout:?}")));
                     }
                     thread::sleep(Duration::from_millis(5));
                 }
@@ -170,7 +170,7 @@ mod device {
                     let bytes = self.photograph_of(bytes, row).map_err(|problem| self.error(problem))?;
                     return Ok(Photo { name: String::new(), bytes, time_s: 0.0 });
                 } else if Instant::now() >= deadline {
-                    return Err(self.error("found only damaged frames, wanted a whole one".to_owned()));
+                    return Err(self.error("all frames are damaged".to_owned()));
                 }
             }
         }
@@ -220,7 +220,7 @@ mod device {
 impl V4l2Camera {
     /// V4L2 exists on Linux only.
     fn attempt(&self) -> Result<Photo, RigError> {
-        Err(self.error("found no V4L2, wanted Linux".to_owned()))
+        Err(self.error("V4L2 needs Linux".to_owned()))
     }
 }
 

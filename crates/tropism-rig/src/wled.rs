@@ -97,7 +97,7 @@ impl WledLamp {
     pub fn confirm(&self, state: &WledState, level: u8) -> Result<(), String> {
         let is_on = level > 0;
         let Some(segment) = state.seg.iter().find(|segment| segment.id == self.segment) else {
-            return Err(format!("found no segment {}, wanted it", self.segment));
+            return Err(format!("it has no segment {}", self.segment));
         };
         let (start, stop) = (self.strip.first, self.strip.stop());
         if (segment.start, segment.stop) != (start, stop) {
@@ -109,7 +109,7 @@ impl WledLamp {
         let is_lit = state.on && segment.on;
         if is_lit != is_on {
             let name = |is_on| if is_on { "on" } else { "off" };
-            return Err(format!("found it {}, wanted it {}", name(is_lit), name(is_on)));
+            return Err(format!("it is {}, and should be {}", name(is_lit), name(is_on)));
         }
         if !is_on {
             return Ok(());
@@ -263,9 +263,7 @@ impl OpenWledLamp {
             segments.push(self.settings.segment(level));
             state = self.post(&command(segments), deadline)?;
             if let Some(id) = self.settings.overlapping_segments(&state).first() {
-                return Err(
-                    self.error(format!("found segment {id} over the lamp's pixels, wanted it deleted"))
-                );
+                return Err(self.error(format!("segment {id} lies over the lamp's pixels: delete it")));
             }
         }
         self.settings.confirm(&state, level).map_err(|problem| self.error(problem))?;
@@ -315,7 +313,7 @@ impl Switch for OpenWledLamp {
             self.command(level, deadline)?;
             let after = self.info(deadline)?;
             if after.live {
-                return Err(self.error("found another program streaming to it, wanted none".to_owned()));
+                return Err(self.error("another program streams to it".to_owned()));
             }
             // A restart meanwhile has deleted the segments.
             if after.uptime >= before.uptime {
@@ -504,7 +502,7 @@ mod tests {
         // The first request about its state is the command, the second one reads it again.
         controller.lock().unwrap().reverts_in = Some(2);
         let error = left.switch(true).unwrap_err().to_string();
-        assert!(error.contains("after its answer, found it off, wanted it on"), "{error}");
+        assert!(error.contains("after its answer, it is off, and should be on"), "{error}");
     }
 
     #[test]
@@ -582,12 +580,12 @@ mod tests {
         left.switch(true).unwrap();
         controller.lock().unwrap().is_deaf = true;
         let error = left.switch(false).unwrap_err().to_string();
-        assert!(error.contains("found it on, wanted it off") && error.contains(&url), "{error}");
+        assert!(error.contains("it is on, and should be off") && error.contains(&url), "{error}");
         let error = lamp(&url, 0, "dead_man_min = 200").switch(true).unwrap_err().to_string();
         assert!(error.contains("720 s left, wanted 12000 s"), "{error}");
         controller.lock().unwrap().is_deaf = false;
         controller.lock().unwrap().live = true;
-        assert!(left.switch(true).unwrap_err().to_string().contains("streaming"));
+        assert!(left.switch(true).unwrap_err().to_string().contains("another program streams"));
         let mut long = lamp(&url, 1, "");
         long.settings.strip.pixels = 200;
         assert!(long.switch(true).unwrap_err().to_string().contains("found 288 pixels, wanted at least 344"));

@@ -90,7 +90,7 @@ impl Ws2812Lamp {
     /// SPI exists on Linux only.
     #[cfg(not(target_os = "linux"))]
     pub(crate) fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
-        Err(crate::failed(device, "found no SPI, wanted Linux"))
+        Err(crate::failed(device, "SPI needs Linux"))
     }
 }
 

@@ -246,7 +246,7 @@ impl Question {
     /// # Errors
     /// [`SessionError::Question`] if it is none.
     pub fn split(written: &[u8]) -> Result<(Self, &[u8]), SessionError> {
-        let short = || SessionError::Refused("found no question, wanted its length and its text".to_owned());
+        let short = || SessionError::Refused("there is no question".to_owned());
         let (length, rest) = written.split_first_chunk::<4>().ok_or_else(short)?;
         let (text, bytes) = rest.split_at_checked(u32::from_le_bytes(*length) as usize).ok_or_else(short)?;
         Ok((serde_json::from_slice(text)?, bytes))

@@ -140,7 +140,7 @@ impl Session {
             Question::Best {} => self.job()?.best()?,
             Question::Finish {} => self.job()?.finish()?,
             Question::Choose { trials } if trials.is_empty() => {
-                return Err(SessionError::Refused("found no trials, wanted one a run".to_owned()));
+                return Err(SessionError::Refused("there are no trials".to_owned()));
             }
             Question::Choose { trials } => json!({ "run": Choice::of(trials).run }),
             Question::Curves { runs } => {
@@ -189,8 +189,7 @@ impl Session {
                 json!({})
             }
             Question::Step { light } => {
-                let none =
-                    || SessionError::Refused("found no tent, wanted one to be opened first".to_owned());
+                let none = || SessionError::Refused("open a tent first".to_owned());
                 let (json, bytes) = self.tent.as_mut().ok_or_else(none)?.step(light)?;
                 return Ok(Answer { json, bytes });
             }
@@ -206,7 +205,7 @@ impl Session {
     }
 
     fn model(&self) -> Result<&AnyModel, SessionError> {
-        let none = || SessionError::Refused("found no model, wanted one to be fitted first".to_owned());
+        let none = || SessionError::Refused("fit a model first".to_owned());
         self.model.as_ref().ok_or_else(none)
     }
 
@@ -238,11 +237,11 @@ impl Session {
 }
 
 fn no_evolution() -> SessionError {
-    SessionError::Refused("found no evolution, wanted one to be begun first".to_owned())
+    SessionError::Refused("begin an evolution first".to_owned())
 }
 
 fn no_series() -> SessionError {
-    SessionError::Refused("found no photographs, wanted some to begin with".to_owned())
+    SessionError::Refused("there are no photographs".to_owned())
 }
 
 fn read_champion(file: &str) -> Result<Champion, SessionError> {

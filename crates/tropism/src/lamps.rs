@@ -231,13 +231,13 @@ pub enum LayoutError {
     #[error("found {0} lamps, wanted 2 to {MAX_LAMPS}")]
     Count(usize),
     /// No lamp to which plants bend.
-    #[error("found no blue or white lamp, wanted at least one: plants do not bend to others")]
+    #[error("no lamp is blue or white: plants do not bend to others")]
     NoneSteers,
     /// A name that files cannot hold, or `dark`.
     #[error("found a lamp named {0:?}, wanted 1 to 24 letters, digits, - or _, other than {DARK}")]
     Name(String),
     /// Two lamps of one name.
-    #[error("found two lamps named {0:?}, wanted a name of its own for each")]
+    #[error("two lamps are named {0:?}")]
     Twice(String),
     /// A place that is no place.
     #[error("lamp {name}: found at = {at:?}, wanted three finite numbers of cm")]
@@ -579,7 +579,7 @@ mod tests {
         assert!(error(&["a", "b"].map(|name| lamp(name).with_colour(Colour::Red))).contains("do not bend"));
         assert!(error(&[lamp("a"), lamp("dark")]).contains("\"dark\""));
         assert!(error(&[lamp("a"), lamp("b c")]).contains("\"b c\""));
-        assert!(error(&[lamp("a"), lamp("a")]).contains("two lamps named \"a\""));
+        assert!(error(&[lamp("a"), lamp("a")]).contains("two lamps are named \"a\""));
         assert!(error(&[lamp("a"), Lamp::new("b", [f64::NAN, 0.0, 0.0])]).contains("lamp b"));
         let text = serde_json::to_string(&Layout::four_sides()).unwrap();
         assert_eq!(serde_json::from_str::<Layout>(&text).unwrap(), Layout::four_sides());

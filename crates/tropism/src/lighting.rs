@@ -262,7 +262,7 @@ pub enum LightingError {
         part: String,
     },
     /// A lamp stands twice.
-    #[error("found lamp {name:?} twice, wanted each lamp once")]
+    #[error("lamp {name:?} stands twice")]
     Twice {
         /// The lamp.
         name: String,

@@ -278,7 +278,7 @@ pub enum TrackError {
         source: LightingError,
     },
     /// No rows.
-    #[error("found no rows, wanted at least one step")]
+    #[error("the track has no rows")]
     Empty,
     /// Not CSV at all.
     #[error("found a broken table: {0}")]

@@ -107,7 +107,7 @@ impl Check {
         let results = execute(&plan, shell)?;
         shell.result(&text(&results), &results)?;
         let rig = results.rig.display();
-        ensure!(results.fail == 0, "{rig}: found {}, wanted none", plural(results.fail, "failure"));
+        ensure!(results.fail == 0, "{rig}: the check found {}", plural(results.fail, "failure"));
         Ok(())
     }
 }

@@ -56,7 +56,7 @@ pub(crate) struct Transfer {
     #[arg(long, value_name = "NAME")]
     reference: Option<String>,
 
-    /// Model on which the controllers were made, to tell misses where it has no data
+    /// Model on which the controllers were made, to mark misses where it has no data
     #[arg(long, value_name = "model.json")]
     model: Option<PathBuf>,
 

@@ -14,7 +14,7 @@ pub enum JournalError {
     #[error(transparent)]
     Sqlite(#[from] rusqlite::Error),
     /// A damaged file without a copy.
-    #[error("found a damaged journal ({0}), wanted a whole one")]
+    #[error("the journal is damaged ({0})")]
     Damaged(String),
     /// Entries that are whole neither in the journal nor in its copy.
     #[error(

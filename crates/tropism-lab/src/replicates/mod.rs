@@ -10,6 +10,7 @@
 mod results;
 mod status;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -406,6 +407,20 @@ impl ReplicatesPlan {
         }
         let Record { config } = files::read_toml(&out.join("replicates.toml"))?;
         Ok(Self { out: out.to_owned(), resume: true, config })
+    }
+
+    /// The task of each scenario of the comparison in the folder `out`, by the scenario's name.
+    ///
+    /// # Errors
+    /// [`Error`] names the file and what is wrong with it.
+    pub fn tasks_of_folder(out: &Path) -> Result<BTreeMap<String, Task>, Error> {
+        #[derive(Deserialize)]
+        struct Record {
+            config: ReplicatesConfig,
+            tasks: Vec<Task>,
+        }
+        let Record { config, tasks } = files::read_toml(&out.join("replicates.toml"))?;
+        Ok(config.scenarios.into_iter().map(|scenario| scenario.name).zip(tasks).collect())
     }
 
     fn scenario_folder(&self, scenario: &Scenario) -> PathBuf {

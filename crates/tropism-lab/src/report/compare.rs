@@ -151,7 +151,7 @@ impl Comparison {
         let mut by_hand = Vec::new();
         for (folder, name) in folders.iter().zip(short_names(folders)) {
             let results: ReplicatesResults = read_results(folder, "replicates.json", "study")?;
-            let task = ReplicatesPlan::of_folder(folder)?.config.task;
+            let mut tasks = ReplicatesPlan::tasks_of_folder(folder)?;
             for scenario in results.scenarios {
                 if scenario.methods.is_empty() {
                     let mut rules = Self::of_transfers(&[&folder.join(&scenario.name).join("judged")])?;
@@ -168,7 +168,9 @@ impl Comparison {
                     ));
                 }
                 let comparison = all.iter_mut().find(|(known, _)| *known == scenario.name);
-                let Some((_, comparison)) = comparison else { continue };
+                let (Some((_, comparison)), Some(task)) = (comparison, tasks.remove(&scenario.name)) else {
+                    continue;
+                };
                 for method in scenario.methods {
                     let name =
                         if folders.len() > 1 { format!("{} of {name}", method.name) } else { method.name };

@@ -66,7 +66,7 @@ fn an_error_in_the_table_of_a_driver_has_its_line_if_the_driver_comes_first() {
 fn lamps_are_two_of_a_kind() {
     let problem = |lamps: &str| parse(&format!("{CAMERA}{lamps}")).unwrap().check().unwrap_err().to_string();
     let pair = "[lamps]\nleft = [\"l\"]\nright = [\"r\"]\n";
-    assert!(problem(pair).contains("found no dark"));
+    assert!(problem(pair).contains("there is no `dark`"));
     assert!(problem(&format!("{pair}dark = [\"d\"]\npause_s = 1\n")).contains("pause_s"));
     assert!(problem(&format!("[lamps]\ntimeout_s = 5\n{LAMPS}")).contains("timeout_s"));
     let mixed =
@@ -112,7 +112,10 @@ fn lamps_are_two() {
         (gpio("GPIO17"), gpio("GPIO17")),
         (leds(0), leds(5)),
     ] {
-        assert!(lamps(&left, &right).unwrap_err().to_string().contains("wanted two lamps"), "{left} {right}");
+        assert!(
+            lamps(&left, &right).unwrap_err().to_string().contains("on the same pixels, line or plug"),
+            "{left} {right}"
+        );
     }
 }
 
@@ -337,10 +340,10 @@ fn lamps_without_a_place_and_places_without_a_lamp_are_refused_by_name() {
     };
     assert!(problem("", &["left"]).contains("found 1 lamps, wanted 2 to 16"));
     let top = problem("", &["left", "top"]);
-    assert!(top.starts_with("lamps.top: found no place, wanted at = { top = [x, y, z] }"), "{top}");
+    assert!(top.starts_with("lamps.top: it needs a place, at = { top = [x, y, z] }"), "{top}");
     let floor = problem("at = { floor = [0, 1, 2] }\n", &["left", "right"]);
     assert!(floor.contains("lamps.at: floor is no lamp of [lamps]"), "{floor}");
-    assert!(problem("", &["left", "-right-left-front-back-far-away"]).contains("found no place"));
+    assert!(problem("", &["left", "-right-left-front-back-far-away"]).contains("it needs a place"));
     let (line, message) = error(&format!("{CAMERA}[lamps]\npause = 1\n"));
     assert_eq!(line, "pause = 1");
     assert!(
@@ -385,13 +388,13 @@ fn lamps_that_are_one_are_refused_in_any_spelling_and_a_flash_on_a_lamp_is_too()
         (program(), program()),
     ] {
         let problem = check(&left, &right, "").unwrap_err();
-        assert!(problem.contains("found left and right on the same pixels"), "{problem}");
+        assert!(problem.contains("left and right are on the same pixels"), "{problem}");
     }
     let two = (wled("http://one"), wled("http://two"));
     assert_eq!(check(&two.0, &two.1, ""), Ok(()));
     for lamp in [plug(""), gpio(""), program()] {
         let problem = check(&two.0, &lamp, &format!("[flash]\n{lamp}")).unwrap_err();
-        assert!(problem.contains("flash: found it on the line, plug or programs of right"), "{problem}");
+        assert!(problem.contains("flash: it is on the line, plug or programs of right"), "{problem}");
     }
 }
 
@@ -406,7 +409,7 @@ fn no_two_of_four_lamps_share_a_device() {
     };
     assert_eq!(lamps(27), Ok(()));
     let problem = lamps(10).unwrap_err().to_string();
-    assert!(problem.contains("found right and back on the same pixels"), "{problem}");
+    assert!(problem.contains("right and back are on the same pixels"), "{problem}");
 }
 
 #[test]
@@ -419,7 +422,7 @@ fn places_in_the_photograph_are_those_of_the_lamps() {
     let rig = view(&["right", "left"]);
     assert_eq!((rig.check(), view(&[]).check()), (Ok(()), Ok(())));
     assert_eq!(toml::from_str::<RigFile>(&toml::to_string(&rig).unwrap()).unwrap(), rig);
-    assert!(view(&["left"]).check().unwrap_err().to_string().contains("found no place of right"));
+    assert!(view(&["left"]).check().unwrap_err().to_string().contains("the place of right is missing"));
     assert!(view(&["left", "front"]).check().unwrap_err().to_string().contains("the place of front"));
 }
 
@@ -441,5 +444,5 @@ fn a_camera_at_the_side_has_its_own_calibration() {
     let faults = toml::from_str::<RigFile>(&near).unwrap().faults();
     assert!(faults.iter().any(|fault| fault.to_string().contains("side: found distance_cm = [74.0, 0.0]")));
     let beside_tent = toml::from_str::<RigFile>(&format!("[greenhouse]\n{side}")).unwrap().check();
-    assert!(beside_tent.unwrap_err().to_string().contains("greenhouse beside real devices"));
+    assert!(beside_tent.unwrap_err().to_string().contains("either [greenhouse] or real devices"));
 }

@@ -919,7 +919,7 @@ class _Window:
         try:
             import pygame
         except ImportError as error:
-            text = 'found no pygame, wanted it for render_mode "human": pip install pygame'
+            text = 'pygame is needed for render_mode "human": pip install pygame'
             raise gymnasium.error.DependencyNotInstalled(text) from error
         self._pygame: Any = pygame
         pygame.init()

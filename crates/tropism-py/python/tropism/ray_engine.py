@@ -118,7 +118,7 @@ def execute_units(
         import ray
         import ray.exceptions
     except ImportError as error:
-        text = 'found no Ray, wanted it for the engine ray: pip install "ray[default]"'
+        text = 'the engine ray needs Ray: pip install "ray[default]"'
         raise TropismError(text) from error
     plan = _absolute(replace(plan, threads=None))
     plan.check()

@@ -40,7 +40,7 @@ class Mirror:
         try:
             from fsspec.core import url_to_fs
         except ImportError as error:
-            text = f"found no fsspec, wanted it for {address}: pip install 'tropism[fsspec]'"
+            text = f"{address} needs fsspec: pip install 'tropism[fsspec]'"
             raise TropismError(text) from error
         try:
             self.files, root = url_to_fs(address, **dict(options or {}))

@@ -201,7 +201,7 @@ impl Publisher {
             }
             self.read_commands(commands, end);
             if end.is_some_and(|end| end <= Instant::now()) {
-                return Disconnect::Lost("found no answer from the broker in time, wanted one".to_owned());
+                return Disconnect::Lost("no answer from the broker in time".to_owned());
             }
             if !is_connected || in_flight.is_some() {
                 continue;

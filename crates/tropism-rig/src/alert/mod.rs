@@ -256,7 +256,7 @@ fn check_address(url: Option<&str>, file: Option<&Path>) -> Result<(), String> {
     match (url, file) {
         (Some(url), None) => check_url_shown(url, host_alone),
         (None, Some(_)) => Ok(()),
-        _ => Err("found both or neither of url and url_file, wanted one of them".to_owned()),
+        _ => Err("either url or url_file must be given, not both".to_owned()),
     }
 }
 
@@ -290,7 +290,7 @@ impl Settings<'_> {
                 Ok(())
             }
             Self::Command(CommandAlert { command, .. }) if command.is_empty() => {
-                Err("found an empty command, wanted a program".to_owned())
+                Err("the command is empty".to_owned())
             }
             Self::Command(_) => Ok(()),
         }
@@ -325,10 +325,10 @@ impl Settings<'_> {
                 let url = read_secret(file)?;
                 // The address is a secret and is not shown.
                 check_url(&url).map(|()| url).map_err(|_| {
-                    failed(file.display().to_string(), "found no address in its first line that can be used, wanted http:// or, with the feature `tls`, https://")
+                    failed(file.display().to_string(), "its first line is no address that can be used: http://, or https:// with the feature `tls`")
                 })
             }
-            (None, None) => Err(failed(self.name(), "found no address, wanted one")),
+            (None, None) => Err(failed(self.name(), "there is no address")),
         };
         let origin = origin.clone();
         Ok(match self {
@@ -456,11 +456,11 @@ impl Alerts {
                 }
                 (None, Settings::Mqtt(alert)) => {
                     let broker = broker.ok_or_else(|| {
-                        failed("alert (mqtt)", "found no [mqtt], wanted the host of the broker")
+                        failed("alert (mqtt)", "there is no [mqtt], which names the host of the broker")
                     })?;
                     broker::start(broker, alert, origin, Arc::clone(&is_stopped))
                 }
-                (None, _) => Err(failed(name, "found no sender, wanted one")),
+                (None, _) => Err(failed(name, "there is no sender")),
             }
         };
         Ok(Self { channels: settings.map(open).collect::<Result<_, _>>()?, is_stopped })

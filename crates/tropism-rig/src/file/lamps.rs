@@ -169,7 +169,7 @@ impl<'de> Deserialize<'de> for LampsTable {
                         }
                         "on_exit" => table.on_exit = map.next_value()?,
                         _ if table.lamps.iter().any(|lamp| lamp.name == key) => {
-                            return Err(M::Error::custom(format!("found two lamps {key}, wanted one")));
+                            return Err(M::Error::custom(format!("two lamps are named {key}")));
                         }
                         _ => table.lamps.push(NamedLamp { name: key, control: map.next_value()? }),
                     }
@@ -244,7 +244,7 @@ impl LampsTable {
             let known = standard.lamps().iter().find(|lamp| lamp.name == name);
             self.at.get(name).copied().or_else(|| known.map(|lamp| lamp.at)).ok_or_else(|| {
                 format!(
-                    "lamps.{name}: found no place, wanted at = {{ {name} = [x, y, z] }} in [lamps] (cm from the root: x to \
+                    "lamps.{name}: it needs a place, at = {{ {name} = [x, y, z] }} in [lamps] (cm from the root: x to \
                      the right, y up, z towards the camera), or one of the names left, right, front, back"
                 )
             })
@@ -306,14 +306,19 @@ impl LampsTable {
             }
             (Some(_), None) => self.driver_faults(period_min),
             (None, _) if self.dark.is_none() => {
-                vec!["lamps: found no dark, wanted the program that darkens all lamps".to_owned()]
+                vec!["lamps: there is no `dark`, the program that darkens all lamps".to_owned()]
             }
             (None, _) if !self.allowed.is_one() => {
-                vec!["lamps: found allowed beside programs that switch all lamps, wanted a driver for each lamp".to_owned()]
+                vec![
+                    "lamps: `allowed` needs a driver for each lamp, and these are programs that switch all"
+                        .to_owned(),
+                ]
             }
             (None, _) if self.pause_s.is_some() => {
-                vec!["lamps: found pause_s beside programs that switch all lamps, wanted it only for lamps with drivers"
-                    .to_owned()]
+                vec![
+                    "lamps: `pause_s` is for lamps with drivers, and these are programs that switch all"
+                        .to_owned(),
+                ]
             }
             (None, _) => Vec::new(),
         }
@@ -331,9 +336,7 @@ impl LampsTable {
         let drivers: Vec<_> = self.drivers().collect();
         for (number, (name, driver)) in drivers.iter().enumerate() {
             if let Some((other, _)) = drivers[..number].iter().find(|(_, other)| driver.overlaps(other)) {
-                faults.push(format!(
-                    "lamps: found {other} and {name} on the same pixels, line or plug, wanted two lamps"
-                ));
+                faults.push(format!("lamps: {other} and {name} are on the same pixels, line or plug"));
             }
         }
         let is_gpio = |driver: &LampDriver| matches!(driver, LampDriver::Gpio(_));

@@ -328,7 +328,7 @@ impl RigFile {
         self.page.iter().for_each(|page| add(check_page(page)));
         match &self.greenhouse {
             Some(_) if self.has_devices() => {
-                add(Err("found greenhouse beside real devices, wanted one or the other".to_owned()));
+                add(Err("a rig has either [greenhouse] or real devices, not both".to_owned()));
             }
             Some(greenhouse) => add(greenhouse.check().map_err(|problem| problem.to_string())),
             None => self.device_faults(&mut add),
@@ -378,7 +378,7 @@ impl RigFile {
         let missing: Vec<String> =
             missing.iter().filter(|(_, is_missing)| *is_missing).map(|(key, _)| format!("[{key}]")).collect();
         if !missing.is_empty() {
-            add(Err(format!("found no {}, wanted real devices, or [greenhouse]", missing.join(" and no "))));
+            add(Err(format!("there is no {}: a rig has both, or [greenhouse]", missing.join(" and no "))));
         }
         if let Some(broker) = &self.mqtt {
             add(broker.check());
@@ -393,7 +393,7 @@ impl RigFile {
             add(flash.check().map_err(|problem| format!("flash: {problem}")));
             let mut drivers = self.lamps.iter().flat_map(LampsTable::drivers);
             if let Some((name, _)) = drivers.find(|(_, lamp)| flash.overlaps(lamp)) {
-                add(Err(format!("flash: found it on the line, plug or programs of {name}, wanted its own")));
+                add(Err(format!("flash: it is on the line, plug or programs of {name}")));
             }
         }
         self.side.iter().flat_map(SideTable::faults).for_each(|fault| add(Err(fault)));
@@ -445,7 +445,7 @@ impl RigFile {
         }
         let calibration = self.calibrated()?;
         let (Some(camera), Some(lamps)) = (&self.camera, &self.lamps) else {
-            return Err(RigFileError("found no devices, wanted camera and lamps".to_owned()));
+            return Err(RigFileError("there are no camera and lamps".to_owned()));
         };
         let layout = self.layout()?;
         let tracker = TipTracker::new(calibration, self.vision.clone()).map_err(found)?;

@@ -78,8 +78,8 @@ impl TryFrom<Run> for EvolutionRun {
         let search = match (neat, weights) {
             (Some(neat), None) => Search::Neat(neat),
             (None, Some(weights)) => Search::Weights(weights),
-            (None, None) => return Err("found neither `neat` nor `weights`, wanted one of them"),
-            (Some(_), Some(_)) => return Err("found both `neat` and `weights`, wanted one of them"),
+            (None, None) => return Err("it has neither `neat` nor `weights`"),
+            (Some(_), Some(_)) => return Err("it has both `neat` and `weights`"),
         };
         Ok(Self { seed, episodes, search, history })
     }

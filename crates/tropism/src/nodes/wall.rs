@@ -115,7 +115,7 @@ pub enum WallError {
         known: String,
     },
     /// A link that does not lead up.
-    #[error("links: found a link from {from} to {to}, wanted one that leads up")]
+    #[error("links: the one from {from} to {to} does not lead up")]
     Down {
         /// Lower end.
         from: String,
@@ -123,7 +123,7 @@ pub enum WallError {
         to: String,
     },
     /// Two nodes of the path that are not linked.
-    #[error("path: found {from} before {to}, wanted two nodes that a link joins")]
+    #[error("path: no link joins {from} and {to}")]
     Unlinked {
         /// The first node.
         from: String,
@@ -131,7 +131,7 @@ pub enum WallError {
         to: String,
     },
     /// A path without nodes.
-    #[error("path: found no node, wanted at least one, or \"random\"")]
+    #[error("path: there is no node; name one, or \"random\"")]
     Empty,
 }
 
@@ -304,10 +304,12 @@ mod tests {
             wall.check().unwrap_err().to_string()
         };
         let drawn = |names: &[&str]| WallPath::Drawn(names.iter().map(|&name| name.to_owned()).collect());
-        assert!(problem(&|wall| wall.path = drawn(&["left1", "left3"])).contains("left1 before left3"));
+        assert!(
+            problem(&|wall| wall.path = drawn(&["left1", "left3"])).contains("no link joins left1 and left3")
+        );
         assert!(problem(&|wall| wall.path = drawn(&["middle"])).contains("wanted left1, right1"));
-        assert!(problem(&|wall| wall.path = drawn(&[])).contains("found no node"));
-        assert!(problem(&|wall| wall.links[0].reverse()).contains("leads up"));
+        assert!(problem(&|wall| wall.path = drawn(&[])).contains("there is no node"));
+        assert!(problem(&|wall| wall.links[0].reverse()).contains("does not lead up"));
         assert!(problem(&|wall| wall.power = 2.0).contains("power = 2"));
         assert!(problem(&|wall| wall.nodes.truncate(1)).contains("found 1 lamps"));
         assert!(problem(&|wall| wall.nodes[1].facing = [0.0; 3]).contains("node right1.facing"));

@@ -73,7 +73,7 @@ pub enum PhotoError {
     #[error("found {0}, which is not read: `magick FILE FILE.png` converts it (ImageMagick)")]
     Unsupported(String),
     /// Cut short or damaged.
-    #[error("found a damaged picture ({problem}), wanted a whole one")]
+    #[error("the picture is damaged ({problem})")]
     Damaged {
         /// What is wrong with it.
         problem: String,

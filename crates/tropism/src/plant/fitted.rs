@@ -87,24 +87,20 @@ pub enum ModelError {
     Setting(#[from] OutOfRange),
     /// Tracks without a single usable step.
     #[error(
-        "found no usable step in {tracks} tracks, wanted successive measured tips with a lit lamp between them"
+        "no step of {tracks} tracks can be used: it takes successive measured tips with a lit lamp between them"
     )]
     NoShifts {
         /// How many tracks were read.
         tracks: usize,
     },
     /// A track without stems.
-    #[error(
-        "track {track}: found no stem, wanted a track with stems, such as those of `tropism track` and `tropism grow`"
-    )]
+    #[error("track {track} has no stems, as those of `tropism track` and `tropism grow` have")]
     NoStem {
         /// Position of the track, from 1.
         track: usize,
     },
     /// A track without stems in space.
-    #[error(
-        "track {track}: found no stem in space, wanted a track of two cameras, such as those of `tropism grow --cameras 2 --lamps 4`"
-    )]
+    #[error("track {track} has no stems in space, as those of `tropism grow --cameras 2 --lamps 4` have")]
     NoDepth {
         /// Position of the track, from 1.
         track: usize,

@@ -350,7 +350,7 @@ mod tests {
     fn tracks_without_a_usable_step_are_refused() {
         let dark = Track::read_csv("tip_x_cm,tip_y_cm,light\n0,4,dark\n0,4,dark\n".as_bytes()).unwrap();
         let nothing = TipModel::fit([&dark], TipModelConfig::default()).unwrap_err().to_string();
-        assert!(nothing.contains("no usable step in 1 tracks"), "{nothing}");
+        assert!(nothing.contains("no step of 1 tracks can be used"), "{nothing}");
     }
 
     #[test]

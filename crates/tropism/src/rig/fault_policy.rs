@@ -187,14 +187,14 @@ impl LampsInView {
         }
         if self.0.is_empty() && layout.len() > 2 {
             return Err(format!(
-                "lamps_in_view: found no places of {} lamps, wanted one for each: {}",
+                "lamps_in_view: the places of {} lamps are missing: {}",
                 layout.len(),
                 names.join(", ")
             ));
         }
         if let Some(name) = names.iter().find(|name| !self.0.is_empty() && !self.0.contains_key(**name)) {
             return Err(format!(
-                "lamps_in_view: found no place of {name}, wanted one for each lamp, or none"
+                "lamps_in_view: the place of {name} is missing: give one for each lamp, or none"
             ));
         }
         match self.0.iter().find(|(_, place)| !place.fits(width, height)) {
@@ -239,8 +239,8 @@ mod tests {
         assert_eq!(LampsInView::default().check(10, 10, &two), Ok(()));
         assert_eq!(LampsInView::default().places(&two), None);
         let problem = |view: &LampsInView, layout: &Layout| view.check(10, 10, layout).unwrap_err();
-        assert!(problem(&LampsInView::default(), &four).contains("found no places of 4 lamps"));
-        assert!(problem(&both, &four).contains("found no place of front"));
+        assert!(problem(&LampsInView::default(), &four).contains("the places of 4 lamps are missing"));
+        assert!(problem(&both, &four).contains("the place of front is missing"));
         assert!(problem(&view(&format!(r#"{{"rigth": {place}}}"#)), &two).contains("the place of rigth"));
         assert!(both.check(3, 10, &two).unwrap_err().starts_with("lamps_in_view.left: found Region"));
     }

@@ -229,9 +229,7 @@ pub enum RigError {
         problem: String,
     },
     /// The first photograph shows no plant: there is nothing to hold.
-    #[error(
-        "{photo}: found no plant ({class}) in the first photograph, wanted one inside the region of interest"
-    )]
+    #[error("{photo}: no plant is seen in the region of interest of the first photograph ({class})")]
     NeverSeen {
         /// Name of the photograph.
         photo: String,

@@ -137,5 +137,5 @@ fn json_comes_back_and_damage_is_named() {
     let mut flat = grown(1);
     flat.samples.iter_mut().for_each(|sample| sample.depth = None);
     let error = SpaceModel::fit([&gap, &flat]).unwrap_err().to_string();
-    assert!(error.contains("track 2: found no stem in space"), "{error}");
+    assert!(error.contains("track 2 has no stems in space"), "{error}");
 }

@@ -58,7 +58,7 @@ fn tracks_without_stems_are_named() {
     let mut without = grown(1, 300, 5.0);
     without.samples.iter_mut().for_each(|sample| sample.stem = None);
     let error = PlaneModel::fit([&grown(2, 300, 5.0), &without]).unwrap_err().to_string();
-    assert!(error.contains("track 2: found no stem"), "{error}");
+    assert!(error.contains("track 2 has no stems"), "{error}");
 }
 
 #[test]

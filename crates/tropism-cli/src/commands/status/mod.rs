@@ -17,7 +17,7 @@ use tropism_rig::secret::shown;
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
-/// Tell what a run, an evolution, a study or other long work does now
+/// Report what a run, an evolution, a study or other long work does now
 ///
 /// Of a run: its step, its last photograph, its lamp, and what went wrong. Of an evolution: the generation and the best
 /// fitness of each run. Of a study: its stages; of one with replicates, its scenarios. Of a sweep: its units. Of `transfer`:
