@@ -1,6 +1,9 @@
 //! Studies and evolutions as files.
 
+use std::path::Path;
+
 use tropism_lab::evolve::EvolveConfig;
+use tropism_lab::replicates::ReplicatesConfig;
 use tropism_lab::study::StudyConfig;
 
 #[test]
@@ -14,6 +17,26 @@ fn the_paper_written_out_is_the_default() {
 fn the_evolution_of_the_paper_written_out_is_the_default() {
     let written: EvolveConfig = toml::from_str(include_str!("../../../../studies/evolution.toml")).unwrap();
     assert_eq!(written, EvolveConfig::default());
+}
+
+#[test]
+fn the_studies_that_come_with_the_program_are_right() {
+    let mut checked = 0;
+    for entry in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../studies")).unwrap() {
+        let path = entry.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let is = |kind: &str| text.starts_with(&format!("#:schema ../schemas/{kind}.json"));
+        let done = if is("replicates") {
+            ReplicatesConfig::read(&path).unwrap().check()
+        } else if is("study") {
+            toml::from_str::<StudyConfig>(&text).unwrap().check()
+        } else {
+            continue;
+        };
+        done.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        checked += 1;
+    }
+    assert!(checked >= 9, "{checked}");
 }
 
 #[test]
