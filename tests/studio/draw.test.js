@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import fs from "node:fs";
 import path from "node:path";
 import { after } from "node:test";
-import { close, folder, page, photographs, start, studio, test, until } from "./helpers.js";
+import { close, finger, folder, page, photographs, start, studio, test, until } from "./helpers.js";
 
 const PHONE = { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true };
 
@@ -166,12 +166,11 @@ test("a form of the stem is drawn with a finger, a rule tuned for it and tried",
   const box = await opened.locator("#plane svg").boundingBox();
   const at = ([x, y]) => ({ x: box.x + ((340 + 34 * x) / 680) * box.width, y: box.y + ((600 - 34 * y) / 660) * box.height });
   // A finger that draws a stem that leans to the right, from near the root to 12 cm.
-  const finger = await opened.context().newCDPSession(opened);
-  const touch = (type, points) => finger.send("Input.dispatchTouchEvent", { type, touchPoints: points });
+  const touch = await finger(opened);
   const bow = (y) => [2.4 * Math.sin((Math.PI * y) / 24) ** 2, y];
   await touch("touchStart", [at(bow(1))]);
   for (let y = 1.25; y <= 12; y += 0.25) await touch("touchMove", [at(bow(y))]);
-  await touch("touchEnd", []);
+  await touch("touchEnd");
   const heights = () => opened.locator("#targets [aria-label$=', y']").evaluateAll((fields) => fields.map((field) => Number(field.value)));
   const drawn = await heights();
   assert.ok(drawn.length >= 7 && drawn[0] <= 1.5 && drawn.at(-1) >= 11, String(drawn));

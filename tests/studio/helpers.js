@@ -15,13 +15,15 @@ const FIREFOX = process.env.FIREFOX ?? "";
 
 /** The browser of all tests that name none: `BROWSER=firefox` tries another. */
 const BROWSER = process.env.BROWSER ?? "chromium";
+/** Whether it can be told to show pages on paper, in the dark and without scripts, and to touch: what drives Firefox cannot. */
+export const EMULATES = BROWSER !== "firefox";
 /** Those that are installed; Firefox where `FIREFOX` names it. */
 export const BROWSERS = Object.entries({ chromium: CHROMIUM, firefox: FIREFOX })
   .filter(([, file]) => fs.existsSync(file))
   .map(([name]) => name);
 
 /** A test that fails by name where a browser or a program answers no more, instead of stopping all that follow. */
-export const test = (name, does) => node.test(name, { timeout: 600_000 }, does);
+export const test = (name, ...rest) => node.test(name, { timeout: 600_000, ...(rest.length > 1 ? rest[0] : {}) }, rest.at(-1));
 
 /** `done`, or an error after `seconds`. */
 function within(seconds, done, what) {
@@ -134,9 +136,27 @@ export async function visitor(t, options = {}, name = BROWSER) {
   });
   return context;
 }
+/** What drives this Firefox makes no clicks of touches, and writes behind what stands in a field. */
+function mend(opened) {
+  const locators = Object.getPrototypeOf(opened.locator("body"));
+  locators.tap = function (options) {
+    return this.click(options);
+  };
+  const fill = (locators.fillAnew ??= locators.fill);
+  locators.fill = async function (value) {
+    await this.evaluate((field) => (field.value = ""));
+    await fill.call(this, value);
+    // It tells the page of what was written, and not that it is all.
+    await this.dispatchEvent("change");
+  };
+  opened.tap = (selector, options) => opened.click(selector, options);
+  opened.fill = (selector, value) => opened.locator(selector).fill(value);
+  opened.touchscreen.tap = (x, y) => opened.mouse.click(x, y);
+}
 /** A tab of `context` at `address`; what goes wrong on it fails the test. */
 export async function tab(context, address) {
   const opened = await context.newPage();
+  if (context.browser()?.browserType().name() === "firefox") mend(opened);
   opened.on("pageerror", (error) => context.problems.push(error.message));
   opened.on("console", (message) => {
     // A lost connection is part of some tests.
@@ -145,6 +165,18 @@ export async function tab(context, address) {
   });
   await opened.goto(address);
   return opened;
+}
+/** A finger on `opened`, which touches, moves and lifts; a mouse where the browser cannot be told to touch. */
+export async function finger(opened) {
+  if (!EMULATES) {
+    return async (type, [at] = []) => {
+      if (at) await opened.mouse.move(at.x, at.y);
+      if (type === "touchStart") await opened.mouse.down();
+      if (type === "touchEnd") await opened.mouse.up();
+    };
+  }
+  const session = await opened.context().newCDPSession(opened);
+  return (type, touchPoints = []) => session.send("Input.dispatchTouchEvent", { type, touchPoints });
 }
 /** A page at `address` in a browser of its own. */
 export const page = async (t, address, options = {}) => tab(await visitor(t, options), address);

@@ -4,7 +4,7 @@ import fs from "node:fs";
 import http from "node:http";
 import path from "node:path";
 import { after } from "node:test";
-import { close, folder, journal, page, photographs, run, studio, test, until, wled } from "./helpers.js";
+import { close, finger, folder, journal, page, photographs, run, studio, test, until, wled } from "./helpers.js";
 
 after(close);
 
@@ -185,11 +185,10 @@ height = 379
   await until(async () => /watered/.test(await text(opened, "#events")), "the note");
   await opened.locator("#dock .stop").scrollIntoViewIfNeeded();
   const stop = await opened.locator("#dock .stop").boundingBox();
-  const finger = await opened.context().newCDPSession(opened);
-  const touch = (type, touchPoints) => finger.send("Input.dispatchTouchEvent", { type, touchPoints });
+  const touch = await finger(opened);
   await touch("touchStart", [{ x: stop.x + stop.width / 2, y: stop.y + stop.height / 2 }]);
   await opened.waitForTimeout(2500);
-  await touch("touchEnd", []);
+  await touch("touchEnd");
   await until(async () => /Stopped|Paused/.test(await text(opened, "#state")), "it has stopped");
   assert.deepEqual(lit(), []);
   assert.deepEqual([journal(cwd, "bean").decided.length, photographs(cwd, "bean")], [1, 1]);

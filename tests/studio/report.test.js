@@ -5,7 +5,7 @@ import { createRequire } from "node:module";
 import path from "node:path";
 import { pathToFileURL } from "node:url";
 import { after } from "node:test";
-import { close, folder, page, run, test } from "./helpers.js";
+import { EMULATES, close, finger, folder, page, run, test } from "./helpers.js";
 
 const AXE = fs.readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
@@ -96,8 +96,8 @@ test("a finger turns the plant sideways", async (t) => {
   await view.scrollIntoViewIfNeeded();
   const box = await view.boundingBox();
   const [x, y] = [box.x + box.width / 2, box.y + 60];
-  const touch = await opened.context().newCDPSession(opened);
-  const send = (type, x) => touch.send("Input.dispatchTouchEvent", { type, touchPoints: x === null ? [] : [{ x, y }] });
+  const touch = await finger(opened);
+  const send = (type, x) => touch(type, x === null ? [] : [{ x, y }]);
   await send("touchStart", x);
   for (const step of [20, 40, 60, 80]) await send("touchMove", x + step);
   await send("touchEnd", null);
@@ -118,7 +118,7 @@ test("everybody can read and use it, on light and dark ground", async (t) => {
   }
 });
 
-test("without scripts and on paper the drawing is left", async (t) => {
+test("without scripts and on paper the drawing is left", { skip: EMULATES ? false : "scripts are not switched off" }, async (t) => {
   const address = await report(t);
   const plain = await page(t, address, { javaScriptEnabled: false });
   assert.ok(await plain.locator("#figure-space .drawing svg").first().isVisible());

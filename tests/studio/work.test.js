@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import fs from "node:fs";
 import path from "node:path";
 import { after } from "node:test";
-import { close, folder, page, run, studio, test, until } from "./helpers.js";
+import { EMULATES, close, finger, folder, page, run, studio, test, until } from "./helpers.js";
 
 after(close);
 
@@ -70,15 +70,14 @@ test("a run is begun, filmed, renamed and deleted by touch", async (t) => {
   assert.ok(!fs.existsSync(path.join(cwd, "sprout")));
 });
 
-test("a tap places, a swipe scrolls, and a draft survives", async (t) => {
+test("a tap places, a swipe scrolls, and a draft survives", { skip: EMULATES ? false : "a mouse does not swipe" }, async (t) => {
   const cwd = folder(t);
   const { address } = await studio(t, cwd);
   const opened = await page(t, `${address}draw`, PHONE);
   await opened.locator("#plane svg").waitFor();
   await opened.locator("#plane").scrollIntoViewIfNeeded();
   const rows = () => opened.locator("#targets .target-row").count();
-  const finger = await opened.context().newCDPSession(opened);
-  const touch = (type, points) => finger.send("Input.dispatchTouchEvent", { type, touchPoints: points });
+  const touch = await finger(opened);
   const box = await opened.locator("#plane").boundingBox();
   const [x, y] = [box.x + 0.75 * box.width, box.y + 0.5 * box.height];
   const scrolled = () => opened.evaluate(() => scrollY);
@@ -88,7 +87,7 @@ test("a tap places, a swipe scrolls, and a draft survives", async (t) => {
     await touch("touchMove", [{ x, y: y - 15 * step }]);
     await opened.waitForTimeout(16);
   }
-  await touch("touchEnd", []);
+  await touch("touchEnd");
   await until(async () => (await scrolled()) > from + 50, "the page is scrolled");
   assert.equal(await rows(), 3);
   await opened.evaluate((to) => scrollTo(0, to), from);

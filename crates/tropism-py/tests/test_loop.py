@@ -279,7 +279,7 @@ def test_photographs_of_every_task_are_those_of_run(task: dict[str, Any], tmp_pa
 def test_a_rig_that_lacks_what_a_task_needs_is_refused() -> None:
     with pytest.raises(tropism.PlanError, match="without the obstacles of the task"):
         loop.run(Tent(greenhouse=SMALL), {"kind": "greedy"}, DISC)
-    with pytest.raises(tropism.PlanError, match="found a rig with one camera"):
+    with pytest.raises(tropism.PlanError, match="a task in space needs a second camera"):
         loop.run(Tent(greenhouse=SMALL), {"kind": "greedy"}, SPACE)
     rig = Tent(greenhouse=SMALL, task=SPACE).rig()
     assert rig.side is not None
