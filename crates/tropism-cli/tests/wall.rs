@@ -43,7 +43,7 @@ fn wrong_walls_rules_and_faults_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let text = fs::read_to_string(wall_file()).unwrap();
     for (from, to, wanted) in [
-        ("\"random\"              #", "[\"left1\", \"left3\"] #", "found left1 before left3"),
+        ("\"random\"              #", "[\"left1\", \"left3\"] #", "no link joins left1 and left3"),
         ("half_angle_deg = 25", "half_angle_deg = 95", "half_angle_deg = 95, wanted 1 to 80"),
         ("range_cm = 5 ", "reach_cm = 5 ", "reach_cm"),
         ("power = 0.05", "power = -1", "power = -1"),

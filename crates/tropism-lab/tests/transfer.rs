@@ -162,10 +162,15 @@ fn a_score_is_that_of_the_plant_grown_alone_and_no_optimum_lies_below_it() {
     assert!((plan.task.fitness(&track) - plan.task.fitness(&grown)).abs() < 1e-3);
     assert_eq!(track.samples.len(), grown.samples.len());
     assert!(results.controllers.iter().all(|one| one.share_of_optimum.unwrap() <= 1.0), "{results:?}");
+    // The task is read to the letter, which charges for crossing a target.
+    for one in &results.controllers {
+        let [letter, approach] = one.both_readings.unwrap();
+        assert!((letter - one.mean).abs() < 1e-12 && approach >= letter, "{one:?}");
+    }
     let json = fs::read_to_string(plan.out.join("transfer.json")).unwrap();
     assert!(json.contains("\"schema\": \"tropism.transfer/1\"") && json.contains("\"is_virtual\": true"));
     let html = fs::read_to_string(plan.out.join("report.html")).unwrap();
-    assert!(html.contains("Virtual plants") && html.contains("Under 9"));
+    assert!(html.contains("Virtual plants") && html.contains("Under 9") && html.contains("By approach"));
 }
 
 #[test]
@@ -315,7 +320,7 @@ fn a_task_with_obstacles_is_judged_by_the_seen_stems_with_and_without_photograph
         for controller in &results.controllers {
             // Nobody comes through the bar without touching it.
             assert_eq!(controller.done.unwrap().share, 0.0, "{controller:?}");
-            assert!(controller.mean < 0.0, "{controller:?}");
+            assert!(controller.mean < 0.0 && controller.both_readings.is_none(), "{controller:?}");
         }
         // The same from the written tracks.
         let again = TransferPlan { resume: true, ..plan }.execute(&Silent).unwrap();

@@ -186,6 +186,14 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
             one.name, one.mean, one.sd,
         );
     }
+    for (one, [letter, approach]) in
+        results.controllers.iter().filter_map(|one| Some((one, one.both_readings?)))
+    {
+        text += &format!(
+            "{:<longest$}  eq. (9) to the letter {letter:.2}, by approach {approach:.2}\n",
+            one.name
+        );
+    }
     for (one, done) in results.controllers.iter().filter_map(|one| Some((one, one.done?))) {
         let [low, high] = done.interval.map(|share| 100.0 * share);
         text += &format!(

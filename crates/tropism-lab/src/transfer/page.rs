@@ -101,6 +101,8 @@ impl TransferPlan {
             ["Controller", "Mean", "95 % interval", "sd", "5, 25, 50, 75, 95 %"].map(str::to_owned).to_vec();
         let has_low_shares = self.has_low_shares();
         head.extend(["Under 9", "Under 6"].map(str::to_owned).into_iter().filter(|_| has_low_shares));
+        let has_readings = results.controllers.iter().any(|controller| controller.both_readings.is_some());
+        head.extend(["To the letter", "By approach"].map(str::to_owned).into_iter().filter(|_| has_readings));
         head.extend(["Expected", "Kept"].map(str::to_owned));
         let has_done = results.controllers.iter().any(|controller| controller.done.is_some());
         head.extend(has_done.then(|| "Whole task".to_owned()));
@@ -120,6 +122,7 @@ impl TransferPlan {
             row.extend(
                 [*under_9, *under_6].map(|share| percent(Some(share))).into_iter().filter(|_| has_low_shares),
             );
+            row.extend(controller.both_readings.into_iter().flatten().map(|mean| format!("{mean:.2}")));
             row.extend([cm(controller.expected), percent(controller.share_of_expected)]);
             row.extend(controller.done.map(|done| done.in_words()));
             row.extend(controller.by_photographs.as_ref().map(|seen| {
@@ -137,6 +140,9 @@ impl TransferPlan {
             plural(results.plants, "plant"),
             if has_low_shares { " shares of plants under 9 and 6;" } else { "" }
         );
+        if has_readings {
+            caption += " To the letter, by approach: the mean by both readings of eq. (9).";
+        }
         if has_done {
             caption += match self.task.pole {
                 Some(_) => {

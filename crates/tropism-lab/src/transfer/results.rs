@@ -88,6 +88,9 @@ pub struct ControllerResults {
     pub under_9: f64,
     /// Share of plants with a fitness under 6 cm.
     pub under_6: f64,
+    /// Mean fitness by both readings of eq. (9), to the letter and by approach; `None` for a task with another score.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub both_readings: Option<[f64; 2]>,
     /// Fitness that its model predicts for unseen plants; `None` where the champion does not say.
     pub expected: Option<f64>,
     /// Mean over expected fitness.
@@ -197,6 +200,8 @@ pub struct ControllerPair {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PlantResult {
     pub(super) fitness: f64,
+    /// The fitness by both readings of eq. (9), for a task that is scored by it.
+    pub(super) both_readings: Option<[f64; 2]>,
     pub(super) steps: u32,
     /// Steps at which the tip was carried forward.
     pub(super) carried_forward: usize,
@@ -247,6 +252,7 @@ impl Judge<'_> {
         PlantResult {
             targets: targets.collect(),
             fitness,
+            both_readings: task.both_readings(track),
             by_photographs: truth.map(|_| seen),
             steps,
             carried_forward: track
@@ -337,6 +343,7 @@ impl Scores {
             quantiles: QUANTILES.map(|share| quantile_linear(&fitness, share)),
             under_9: under(LOW_CM[0]),
             under_6: under(LOW_CM[1]),
+            both_readings: self.both_readings(number),
             expected,
             share_of_expected: share(mean, expected),
             share_of_reference: None,
@@ -356,6 +363,12 @@ impl Scores {
             reached,
             fitness,
         }
+    }
+
+    fn both_readings(&self, number: usize) -> Option<[f64; 2]> {
+        let readings: Option<Vec<_>> = self.plants[number].iter().map(|plant| plant.both_readings).collect();
+        let readings = readings.filter(|all| !all.is_empty())?;
+        Some([0, 1].map(|reading| mean(readings.iter().map(|both| both[reading]))))
     }
 
     fn by_photographs(&self, number: usize) -> Option<SeenTurns> {
@@ -508,6 +521,7 @@ mod tests {
         };
         PlantResult {
             fitness,
+            both_readings: None,
             steps: 30,
             carried_forward: 0,
             final_height_cm: 14.0,

@@ -559,6 +559,8 @@ class ControllerResults(Results):
     quantiles: list[float]
     under_9: float
     under_6: float
+    #: Mean fitness to the letter of eq. (9) and by approach; None for tasks with another score.
+    both_readings: list[float] | None
     expected: float | None
     share_of_expected: float | None
     share_of_reference: float | None

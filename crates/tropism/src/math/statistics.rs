@@ -105,6 +105,7 @@ pub fn five_numbers(values: &[f64]) -> Option<[f64; 5]> {
 /// ```
 /// let [low, high] = tropism::math::statistics::wilson_interval(45.0, 90.0);
 /// assert!((low - 0.399).abs() < 1e-3 && (high - 0.601).abs() < 1e-3);
+/// assert_eq!(tropism::math::statistics::wilson_interval(0.0, 3.0)[0], 0.0);
 /// ```
 #[must_use]
 pub fn wilson_interval(count: f64, of: f64) -> [f64; 2] {
@@ -113,7 +114,9 @@ pub fn wilson_interval(count: f64, of: f64) -> [f64; 2] {
     let share = count / of;
     let middle = share + Z * Z / (2.0 * of);
     let half = Z * (share * (1.0 - share) / of + Z * Z / (4.0 * of * of)).sqrt();
-    [middle - half, middle + half].map(|end| (end / (1.0 + Z * Z / of)).clamp(0.0, 1.0))
+    let [low, high] = [middle - half, middle + half].map(|end| (end / (1.0 + Z * Z / of)).clamp(0.0, 1.0));
+    // Of none and of all an end is exact, which rounding would miss.
+    [if count > 0.0 { low } else { 0.0 }, if count < of { high } else { 1.0 }]
 }
 
 fn sorted(values: &[f64]) -> Vec<f64> {
