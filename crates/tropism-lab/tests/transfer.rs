@@ -165,7 +165,7 @@ fn a_score_is_that_of_the_plant_grown_alone_and_no_optimum_lies_below_it() {
     // The task is read to the letter, which charges for crossing a target.
     for one in &results.controllers {
         let [letter, approach] = one.both_readings.unwrap();
-        assert!((letter - one.mean).abs() < 1e-12 && approach >= letter, "{one:?}");
+        assert!((letter - one.mean).abs() < 1e-12 && approach > letter - 1e-9, "{one:?}");
     }
     let json = fs::read_to_string(plan.out.join("transfer.json")).unwrap();
     assert!(json.contains("\"schema\": \"tropism.transfer/1\"") && json.contains("\"is_virtual\": true"));
