@@ -83,8 +83,8 @@ test("what cannot be done is a sentence", async () => {
   assert.match(error({ ask: "nothing" }), /unknown variant/);
   assert.match(error({ ask: "task", drawing: { targets: [] } }), /found 0 targets/);
   assert.match(error({ ask: "try", drawing: { targets: [[0, 6]] }, by: { lights: "lx" }, seed: 1 }), /wanted l or r/);
-  assert.match(error({ ask: "begin", task: { kind: "targets", targets: [[0, 6]] }, evolution: { runs: 1 }, seed: 1, own: [0] }), /no model/);
-  assert.match(error({ ask: "advance", generations: 1 }), /no evolution/);
+  assert.match(error({ ask: "begin", task: { kind: "targets", targets: [[0, 6]] }, evolution: { runs: 1 }, seed: 1, own: [0] }), /fit a model first/);
+  assert.match(error({ ask: "advance", generations: 1 }), /begin an evolution first/);
   assert.match(error({ ask: "model", file: "{" }), /found no model|EOF/);
   assert.match(error({ ask: "champion", champion: "[]", seed: 1 }), /.+/);
 });

@@ -49,9 +49,7 @@ pub(crate) fn task_of(json: &str) -> PyResult<Task> {
     let task: Task = parsed("task", json)?;
     task.check().map_err(refused)?;
     if task.is_to_draw() {
-        return Err(refused(
-            "these targets are still to be drawn; `tropism.transfer` draws them",
-        ));
+        return Err(refused("these targets are still to be drawn; `tropism.transfer` draws them"));
     }
     Ok(task)
 }

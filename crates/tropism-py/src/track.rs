@@ -179,8 +179,7 @@ impl Track {
     /// The rows from `start` to `end`, as a track.
     fn rows(&self, start: usize, end: usize) -> PyResult<Self> {
         let samples = self.0.samples.get(start..end).filter(|samples| !samples.is_empty());
-        let samples =
-            samples.ok_or_else(|| refused("the slice has no rows"))?.to_vec();
+        let samples = samples.ok_or_else(|| refused("the slice has no rows"))?.to_vec();
         let columns = self.0.columns.iter().map(|column| {
             let values = match &column.values {
                 Values::Numbers { values, decimals } => {
