@@ -35,7 +35,7 @@ struct Used {
     font: &'static Font,
     /// New numbers of its glyphs.
     glyphs: GlyphRemapper,
-    /// The letter of each new number after 0.
+    /// The letter of each new number, from the empty box, 0; none in a font that is not used.
     letters: Vec<char>,
 }
 
@@ -46,10 +46,13 @@ impl Used {
 
     /// A text as new numbers of glyphs, two bytes each.
     fn encoded(&mut self, text: &str) -> Vec<u8> {
+        if self.letters.is_empty() {
+            self.letters.push(char::REPLACEMENT_CHARACTER);
+        }
         let mut bytes = Vec::new();
         for letter in text.chars() {
             let number = self.glyphs.remap(self.font.glyph(letter));
-            if usize::from(number) > self.letters.len() {
+            if usize::from(number) == self.letters.len() {
                 self.letters.push(letter);
             }
             bytes.extend(number.to_be_bytes());
@@ -226,7 +229,7 @@ fn embedded(pdf: &mut Pdf, next: &mut Ref, name: Name<'_>, used: &Used) -> Ref {
         .stem_v(0.0)
         .font_file2(file);
     let mut letters = UnicodeCmap::<u16>::new(Name(b"Letters"), IDENTITY);
-    for (number, &letter) in (1..).zip(&used.letters) {
+    for (number, &letter) in (0..).zip(&used.letters) {
         letters.pair(number, letter);
     }
     compressed(pdf, cmap, &letters.finish());
@@ -263,6 +266,14 @@ mod tests {
         assert!(text.contains("/MediaBox [0 0 60 30]") && text.contains("/CA 0.35"), "{text}");
         let content = String::from_utf8(streams(&file).remove(0)).unwrap();
         assert!(content.contains("1 2 m\n4 6 l\nS") && content.contains("/G35 gs"), "{content}");
+    }
+
+    #[test]
+    fn a_text_of_letters_that_the_font_lacks_has_its_font_all_the_same() {
+        let svg = r#"<svg class="figure"><text class="label" x="1" y="20">🌱</text></svg>"#;
+        let file = pdf(&Drawing::of(svg));
+        assert!(String::from_utf8_lossy(&file).contains("/Font"), "the page names a font");
+        assert_eq!(streams(&file).len(), 3, "content, letters and font");
     }
 
     #[test]
