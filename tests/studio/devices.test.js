@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import fs from "node:fs";
 import path from "node:path";
 import { after } from "node:test";
-import { close, folder, page, run, start, studio, test, until, wled } from "./helpers.js";
+import { close, folder, page, run, start, studio, test, until, wled, wledRig } from "./helpers.js";
 
 after(close);
 
@@ -15,29 +15,8 @@ const lamp = (opened, name) => opened.locator("#lamps li", { hasText: new RegExp
 async function rig(t, cwd, url) {
   await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "periodic", "--steps", "2", "--out", "tent");
   const calibration = fs.readFileSync(path.join(cwd, "tent/calibration.toml"), "utf8").replace("[base]", "[calibration.base]");
-  const strip = (name, segment) => `[lamps.${name}]
-driver = "wled"
-url = "${url}"
-segment = ${segment}
-dead_man_min = 0
-strip = { first = ${144 * segment}, pixels = 144 }
-`;
-  fs.writeFileSync(
-    path.join(cwd, "rig.toml"),
-    `period_min = 5
-[fault_policy]
-free_mb = 0
-[camera]
-driver = "command"
-command = ["cat", ${JSON.stringify(path.join(cwd, "tent/photographs/000001.jpg"))}]
-${strip("left", 0)}${strip("right", 1)}[vision.crop]
-x = 8
-y = 20
-width = 631
-height = 379
-[calibration]
-${calibration}`,
-  );
+  const camera = `driver = "command"\ncommand = ["cat", ${JSON.stringify(path.join(cwd, "tent/photographs/000001.jpg"))}]`;
+  wledRig(cwd, url, camera, `[calibration]\n${calibration}`);
 }
 
 test("lamps and camera of a virtual tent by touch", async (t) => {

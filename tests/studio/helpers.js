@@ -184,6 +184,12 @@ export const close = async () => {
   for (const browser of Object.values(browsers)) await within(20, (await browser).close(), "a browser closes").catch(() => {});
 };
 
+/** Lets `server` listen on this computer: its address. */
+export async function listening(server) {
+  await new Promise((done) => server.listen(0, "127.0.0.1", () => done(undefined)));
+  return `http://127.0.0.1:${server.address().port}`;
+}
+
 /** A network between browser and studio: it counts requests, and is cut, or falls silent and comes back. */
 export async function network(t, address) {
   const { hostname, port } = new URL(address);
@@ -204,13 +210,13 @@ export async function network(t, address) {
       });
     }
   });
-  await new Promise((done) => server.listen(0, "127.0.0.1", () => done(undefined)));
+  const own = await listening(server);
   const cut = () => sockets.forEach((socket) => socket.destroy());
   atEnd(t, () => {
     cut();
     server.close();
   });
-  return { address: `http://127.0.0.1:${server.address().port}/`, state, cut };
+  return { address: `${own}/`, state, cut };
 }
 
 /** A WLED controller, as its documentation describes it. */
@@ -225,9 +231,9 @@ export async function wled(t) {
     const state = { on: true, bri: 255, seg: [...segments.values()] };
     response.end(JSON.stringify(request.url?.includes("/json/info") ? info : state));
   });
-  await new Promise((done) => server.listen(0, "127.0.0.1", () => done(undefined)));
+  const url = await listening(server);
   atEnd(t, () => server.close());
-  return { url: `http://127.0.0.1:${server.address().port}`, lit: () => [...segments.values()].filter((segment) => segment.on).map((segment) => segment.id) };
+  return { url, lit: () => [...segments.values()].filter((segment) => segment.on).map((segment) => segment.id) };
 }
 
 /** Photographs of the run in `at`. */
@@ -235,6 +241,22 @@ export const photographs = (cwd, at) => {
   const place = path.join(cwd, at, "photographs");
   return fs.existsSync(place) ? fs.readdirSync(place).length : 0;
 };
+
+/** Where a plant is in photographs of the virtual tent. */
+const CROP = "[vision.crop]\nx = 8\ny = 20\nwidth = 631\nheight = 379\n";
+
+/** Writes `cwd/rig.toml`: two lamps of the WLED controller at `url`, the keys of a camera, and `more` tables. */
+export function wledRig(cwd, url, camera, more = "") {
+  const lamp = (name, segment) => `[lamps.${name}]
+driver = "wled"
+url = "${url}"
+segment = ${segment}
+dead_man_min = 0
+strip = { first = ${144 * segment}, pixels = 144 }
+`;
+  const lamps = lamp("left", 0) + lamp("right", 1);
+  fs.writeFileSync(path.join(cwd, "rig.toml"), `period_min = 5\n[fault_policy]\nfree_mb = 0\n[camera]\n${camera}\n${lamps}${CROP}${more}`);
+}
 
 /** A run of a real rig that goes on in `cwd/bean`: recorded photographs, a step every `seconds` by the clock. */
 export async function realRun(t, cwd, seconds) {
@@ -251,12 +273,7 @@ driver = "replay"
 folder = ${JSON.stringify(path.join(cwd, "tent/photographs"))}
 [lamps]
 ${["left", "right", "dark"].map(lamp).join("\n")}
-[vision.crop]
-x = 8
-y = 20
-width = 631
-height = 379
-[calibration]
+${CROP}[calibration]
 ${calibration}`,
   );
   return start(t, cwd, "run", "--rig", "rig.toml", "--controller", "periodic", "--steps", "119", "--out", "bean");

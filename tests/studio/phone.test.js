@@ -4,7 +4,7 @@ import fs from "node:fs";
 import http from "node:http";
 import path from "node:path";
 import { after } from "node:test";
-import { close, finger, folder, journal, page, photographs, run, studio, test, until, wled } from "./helpers.js";
+import { close, finger, folder, journal, listening, page, photographs, run, studio, test, until, wled, wledRig } from "./helpers.js";
 
 after(close);
 
@@ -52,9 +52,8 @@ async function camera(t, cwd, flash, lit) {
     response.setHeader("Content-Type", "image/jpeg");
     response.end(views[kind][taken[kind]++ % views[kind].length]);
   });
-  await new Promise((done) => server.listen(0, "127.0.0.1", () => done(undefined)));
   t.after(() => server.close());
-  return `http://127.0.0.1:${server.address().port}/photo.jpg`;
+  return `${await listening(server)}/photo.jpg`;
 }
 
 test("a whole experiment by touch, from the check of the rig to the film", async (t) => {
@@ -62,32 +61,8 @@ test("a whole experiment by touch, from the check of the rig to the film", async
   const { url, lit } = await wled(t);
   const flash = path.join(cwd, "flash");
   const photo = await camera(t, cwd, flash, lit);
-  const strip = (name, segment) => `[${name}]
-driver = "wled"
-url = "${url}"
-segment = ${segment}
-dead_man_min = 0
-strip = { first = ${144 * segment}, pixels = 144 }
-`;
-  fs.writeFileSync(
-    path.join(cwd, "rig.toml"),
-    `period_min = 5
-[fault_policy]
-free_mb = 0
-[camera]
-driver = "http"
-url = "${photo}"
-${strip("lamps.left", 0)}${strip("lamps.right", 1)}[flash]
-driver = "command"
-on = ["touch", ${JSON.stringify(flash)}]
-off = ["rm", "-f", ${JSON.stringify(flash)}]
-[vision.crop]
-x = 8
-y = 20
-width = 631
-height = 379
-`,
-  );
+  const switched = `driver = "command"\non = ["touch", ${JSON.stringify(flash)}]\noff = ["rm", "-f", ${JSON.stringify(flash)}]`;
+  wledRig(cwd, url, `driver = "http"\nurl = "${photo}"`, `[flash]\n${switched}\n`);
   const { address } = await studio(t, cwd);
   const opened = await page(t, address, PHONE);
   /** Leads to a page by the menu, as a thumb does. */
@@ -95,8 +70,8 @@ height = 379
     await opened.locator("[aria-controls=nav]").tap();
     await opened.locator("#nav a", { hasText: name }).tap();
   };
-  /** Checks the rig: what is found. */
   let checks = 0;
+  /** Checks the rig: what is found. */
   const checked = async () => {
     await opened.tap("#check");
     await opened.waitForURL(/begin\?form=check/);
