@@ -222,8 +222,8 @@ async function show() {
   }
   if (ask !== asks) return;
   $("#network-name").textContent = `Network of run ${shownRun()}`;
-  $("#network-size").textContent = `${plural(champion.hidden, "hidden neuron")}, ${plural(champion.links, "link")}`;
-  const size = $("#network-size").textContent;
+  const size = `${plural(champion.hidden, "hidden neuron")}, ${plural(champion.links, "link")}`;
+  $("#network-size").textContent = size;
   put($("#network"), champion.network ? named(champion.network.svg, `Network of run ${shownRun()}: ${size}`) : html`<p class="soft">${champion.too_large}</p>`);
   put($("#decision"), champion.decision ? named(champion.decision.svg, "The lamp for each place of the tip") : "");
   $("#decision-text").textContent = champion.decision?.caption ?? "";
