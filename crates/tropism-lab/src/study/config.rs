@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use tropism::evolve::{EvolutionConfig, RuleSearch};
 use tropism::plant::tip::TipModelConfig;
 use tropism::random::{self, Purpose};
-use tropism::task::{Reading, Task};
+use tropism::task::Task;
 use tropism::vision::VisionConfig;
 use tropism_bean::tent::Greenhouse;
 use tropism_rig::file::RigFile;
@@ -42,7 +42,7 @@ pub struct StudyConfig {
     pub reality_plants: u32,
     /// Further unseen plants that all controllers steer without photographs, 1 to 100000: six say little.
     pub test_plants: u32,
-    /// Task of the controllers: by default eq. (9) is read by approach, which reproduces the paper better than the letter.
+    /// Task of the controllers.
     pub task: Task,
     /// Settings of the tip-motion model.
     pub model: TipModelConfig,
@@ -67,7 +67,7 @@ impl Default for StudyConfig {
             trial_plants: TRIAL_PLANTS,
             reality_plants: 6,
             test_plants: TEST_PLANTS,
-            task: Task { score: Reading::Approach, ..Task::default() },
+            task: Task::default(),
             model: TipModelConfig::default(),
             evolution: EvolutionConfig::default(),
             rule: RuleSearch::default(),

@@ -57,8 +57,8 @@ fn tune(search: RuleSearch, seed: u64) -> RuleSearchResult {
 #[test]
 fn a_tuned_rule_foresees_what_greedy_control_does_not() {
     let found = tune(short(), 1);
-    assert!(found.expected.mean > found.greedy.mean + 1.0, "{found:?}");
-    assert!(found.expected.mean > 12.0, "{found:?}");
+    assert!(found.expected.mean > found.greedy.mean + 0.5, "{found:?}");
+    assert!(found.expected.mean > 14.5, "{found:?}");
     found.rule.check().unwrap();
 }
 
