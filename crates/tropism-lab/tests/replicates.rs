@@ -4,10 +4,11 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use tropism::control::PlannerConfig;
 use tropism::evolve::{self, EvolutionConfig, RuleSearch};
-use tropism::task::Task;
+use tropism::task::{Reading, Task};
+use tropism_lab::controller::ControllerSpec;
 use tropism_lab::fit::ModelKind;
 use tropism_lab::replicates::{
-    Method, MethodKind, ReplicatesConfig, ReplicatesPlan, ReplicatesStatus, Scenario,
+    Measures, Method, MethodKind, ReplicatesConfig, ReplicatesPlan, ReplicatesStatus, Scenario,
 };
 use tropism_lab::report::ReportPlan;
 use tropism_lab::status::{StatusPlan, StatusResults};
@@ -48,17 +49,23 @@ fn plan(out: std::path::PathBuf) -> ReplicatesPlan {
         methods: vec![
             method(
                 "paper",
-                MethodKind::Evolve { model: ModelKind::TIP, from: None, evolution: evolution.clone() },
+                MethodKind::Evolve {
+                    model: ModelKind::TIP,
+                    from: None,
+                    score: None,
+                    evolution: evolution.clone(),
+                },
             ),
             method(
                 "weights",
                 MethodKind::Evolve {
                     model: ModelKind::TIP,
                     from: Some("paper".to_owned()),
+                    score: Some(Reading::Arrival),
                     evolution: weights,
                 },
             ),
-            method("rule", MethodKind::Tune { model: ModelKind::STEM, search }),
+            method("rule", MethodKind::Tune { model: ModelKind::STEM, score: None, search }),
             method("planner", MethodKind::Plan { model: ModelKind::STEM, planner: Box::new(planner) }),
         ],
         scenarios: vec![
@@ -89,16 +96,30 @@ fn replicates_make_controllers_that_steer_the_same_plants() {
             assert_eq!(method.replicates.len(), 2);
         }
         assert!(planner.worst_prediction.is_none(), "a planner expects nothing: {planner:?}");
-        let [low, high] = rule.fitness.interval;
-        assert!(low <= rule.fitness.mean && rule.fitness.mean <= high, "{rule:?}");
-        let difference = rule.fitness.mean - scenario.greedy.fitness.mean;
-        assert!((rule.over_greedy.mean - difference).abs() < 1e-9, "{rule:?}");
-        let over_paper = rule.over_first.expect("paper comes before it");
-        assert!((over_paper.mean - rule.fitness.mean + paper.fitness.mean).abs() < 1e-9, "{rule:?}");
+        assert!(weights.worst_prediction.is_none(), "it expects what another score pays: {weights:?}");
+        let all = |measures: &Measures| {
+            let Measures { fitness, to_the_letter, by_approach, distances, done } = *measures;
+            [Some(fitness), to_the_letter, by_approach, distances, done].map(Option::unwrap)
+        };
+        let [of_rule, of_paper, of_greedy] =
+            [&rule.measures, &paper.measures, &scenario.greedy.measures].map(all);
+        assert_eq!(of_rule[0], of_rule[2], "the task reads eq. (9) by approach");
+        let [over_greedy, over_paper] = [rule.over_greedy, rule.over_first.unwrap()].map(|over| all(&over));
+        for (number, own) in of_rule.iter().enumerate() {
+            let [low, high] = own.interval;
+            assert!(low <= own.mean && own.mean <= high, "{rule:?}");
+            for (over, other) in [(over_greedy, of_greedy), (over_paper, of_paper)] {
+                let difference = own.mean - other[number].mean;
+                assert!((over[number].mean - difference).abs() < 1e-9, "{rule:?}");
+            }
+        }
         assert!(
             paper.over_first.is_none() && rule.over_reference.is_some() && rule.worst_prediction.is_some()
         );
     }
+
+    let champion = ControllerSpec::read(&whole.out.join("alike/replicate-1/weights.json")).unwrap();
+    assert_eq!(champion.own_task().unwrap().score, Reading::Arrival);
 
     let tasks = ReplicatesPlan::tasks_of_folder(&whole.out).unwrap();
     assert_eq!(tasks.keys().collect::<Vec<_>>(), ["alike", "borrowed", "varied"]);
@@ -141,7 +162,7 @@ fn replicates_make_controllers_that_steer_the_same_plants() {
     assert_eq!((borrowed.controllers_done, borrowed.controllers), (0, 0), "none is made for this scenario");
     for (one, other) in results.scenarios.iter().zip(&resumed.scenarios) {
         for (one, other) in one.methods.iter().zip(&other.methods) {
-            assert_eq!(one.fitness, other.fitness);
+            assert_eq!(one.measures, other.measures);
             assert_eq!(one.replicates, other.replicates);
         }
     }
@@ -168,7 +189,7 @@ fn without_methods_the_rules_by_hand_are_judged_alone() {
         results
             .scenarios
             .iter()
-            .all(|scenario| scenario.methods.is_empty() && scenario.greedy.done.is_some())
+            .all(|scenario| scenario.methods.is_empty() && scenario.greedy.measures.done.is_some())
     );
     let ReplicatesStatus { is_over, scenarios, .. } = status(&plan);
     assert!(is_over && scenarios.iter().all(|scenario| scenario.controllers == 0), "{scenarios:?}");
@@ -217,6 +238,12 @@ fn names_and_settings_that_cannot_be_are_named() {
             "scenario alike: found controllers_of = \"varied\", wanted the name of a scenario before"
         )
     );
+    let folder = tempfile::tempdir().unwrap();
+    let winding = ReplicatesConfig { task: Task::spiral(), ..base() };
+    let plan = ReplicatesPlan { out: folder.path().join("out"), resume: false, config: winding };
+    let error_of_score = plan.execute(&Silent).unwrap_err().to_string();
+    assert!(error_of_score.contains("method weights: found a score beside the task"), "{error_of_score}");
+    assert!(!plan.out.exists(), "nothing is begun");
     let mut growing = base();
     growing.scenarios[2].steps = Some(160);
     assert!(error(growing).contains(

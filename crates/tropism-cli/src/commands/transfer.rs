@@ -152,7 +152,7 @@ fn arrival_text(results: &TransferResults, longest: usize) -> String {
         text += &format!(
             "{:<longest$}  {:>13.2} cm  {over:<24}  {one_cm:>6.0} %  {half_cm:>4.0} %  {} cm\n",
             one.name,
-            arrival.sum_cm,
+            arrival.sum.mean,
             medians.join(", "),
         );
     }
@@ -186,13 +186,13 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
             one.name, one.mean, one.sd,
         );
     }
-    for (one, [letter, approach]) in
-        results.controllers.iter().filter_map(|one| Some((one, one.both_readings?)))
+    for (one, readings) in
+        results.controllers.iter().filter_map(|one| Some((one, one.both_readings.as_ref()?)))
     {
-        text += &format!(
-            "{:<longest$}  eq. (9) to the letter {letter:.2}, by approach {approach:.2}\n",
-            one.name
-        );
+        let [letter, approach] = readings
+            .each_ref()
+            .map(|of| format!("{:.2} ({:.2} to {:.2})", of.mean, of.interval[0], of.interval[1]));
+        text += &format!("{:<longest$}  eq. (9) to the letter {letter}, by approach {approach}\n", one.name);
     }
     for (one, done) in results.controllers.iter().filter_map(|one| Some((one, one.done?))) {
         let [low, high] = done.interval.map(|share| 100.0 * share);

@@ -18,13 +18,14 @@ use tropism::control::PlannerConfig;
 use tropism::evolve::{EvolutionConfig, RuleSearch};
 use tropism::lamps::Light;
 use tropism::random::{self, Purpose};
-use tropism::task::Task;
+use tropism::task::{Reading, Task};
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::Species;
 use tropism_bean::tent::Greenhouse;
 
 pub use self::results::{
-    BaselineResults, MeanAndInterval, MethodResults, ReplicateResults, ReplicatesResults, ScenarioResults,
+    BaselineResults, MeanAndInterval, Measures, MethodResults, ReplicateResults, ReplicatesResults,
+    ScenarioResults,
 };
 pub(crate) use self::status::status;
 pub use self::status::{ReplicatesStatus, ScenarioStatus};
@@ -67,6 +68,9 @@ pub enum MethodKind {
         /// The method before this one from whose champion evolution starts, with its sensors.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         from: Option<String>,
+        /// By which score of targets the networks are evolved, if not by that of the task.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        score: Option<Reading>,
         /// Number of runs, generations and episodes, and NEAT's parameters.
         #[serde(default)]
         evolution: Box<EvolutionConfig>,
@@ -75,6 +79,9 @@ pub enum MethodKind {
     Tune {
         /// Which model.
         model: ModelKind,
+        /// By which score of targets the rule is tuned, if not by that of the task.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        score: Option<Reading>,
         /// Generations, rules a generation, and plants a rule.
         #[serde(default)]
         search: RuleSearch,
@@ -113,7 +120,7 @@ pub struct Scenario {
     /// Individual variation of the plants as a multiple of that of the species.
     #[serde(default = "one")]
     pub variation: f64,
-    /// File of the task of this scenario; that of the study by default.
+    /// File of the task of this scenario; that of the study by default. Random targets are drawn for each scenario anew.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub task: Option<PathBuf>,
     /// Steps of an open-loop experiment, 1 to 1000000; those of the study by default. A slow species needs more of them to grow
@@ -188,7 +195,7 @@ pub struct ReplicatesConfig {
 
 impl Default for ReplicatesConfig {
     fn default() -> Self {
-        let rule = MethodKind::Tune { model: ModelKind::STEM, search: RuleSearch::default() };
+        let rule = MethodKind::Tune { model: ModelKind::STEM, score: None, search: RuleSearch::default() };
         Self {
             seed: 1,
             replicates: 5,
@@ -373,6 +380,7 @@ impl Workflow for ReplicatesPlan {
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<ReplicatesResults, Error> {
         let tasks = self.tasks()?;
+        self.check_scores(&tasks)?;
         let greenhouses = self.greenhouses(&tasks)?;
         let _lock = self.claim(&greenhouses, &tasks)?;
         monitor.note("virtual plants: nothing here is a measurement of a living plant");
@@ -446,20 +454,45 @@ impl ReplicatesPlan {
 
     /// The task of each scenario.
     fn tasks(&self) -> Result<Vec<Task>, Error> {
-        let drawn = |mut task: Task| -> Result<Task, Error> {
-            sequences::draw(&mut task, &Greenhouse::default(), PAPER_PERIOD_MIN, self.config.seed)?;
-            Ok(task)
-        };
+        let tent = Greenhouse::default();
+        let scenarios = &self.config.scenarios;
         let task = |scenario: &Scenario| {
-            let Some(file) = &scenario.task else { return drawn(self.config.task.clone()) };
-            let task = crate::task::read(file)?;
-            if task.has_goal() {
-                return drawn(task);
+            let task = match &scenario.task {
+                None => self.config.task.clone(),
+                Some(file) => crate::task::read(file)?,
+            };
+            if let (false, Some(file)) = (task.has_goal(), &scenario.task) {
+                let problem = "the task has no targets: there is nothing to reach";
+                return Err(FileError::content(file, problem.to_owned()).into());
             }
-            Err(FileError::content(file, "the task has no targets: there is nothing to reach".to_owned())
-                .into())
+            if !task.is_to_draw() {
+                return Ok(task);
+            }
+            // Controllers that another scenario made steer for the targets that they were made for.
+            let maker = scenario.controllers_of.as_ref().unwrap_or(&scenario.name);
+            let number = scenarios.iter().position(|other| other.name == *maker).unwrap_or(0);
+            sequences::sequence(&task, &tent.trial(PAPER_PERIOD_MIN), self.config.seed, number as u64)
         };
-        self.config.scenarios.iter().map(task).collect()
+        scenarios.iter().map(task).collect()
+    }
+
+    /// Checks that a method which names a score finds targets to be scored by it in each task.
+    fn check_scores(&self, tasks: &[Task]) -> Result<(), Error> {
+        for Method { name, kind } in &self.config.methods {
+            let (MethodKind::Evolve { score: Some(score), .. } | MethodKind::Tune { score: Some(score), .. }) =
+                kind
+            else {
+                continue;
+            };
+            let is_without = |task: &&Task| task.by(*score).score != *score;
+            if let Some(task) = tasks.iter().find(is_without) {
+                return Err(Error::Plan(format!(
+                    "method {name}: found a score beside the task {:?}, which has none to choose from: leave it out",
+                    task.title()
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// The tent of each scenario, with what its task needs.
@@ -520,7 +553,7 @@ impl Stages<'_> {
             let file = self.plan.reference(self.scenario);
             if !file.exists() {
                 self.monitor.note(&format!("{}: the reference controller", self.scenario.name));
-                self.tune(&file, None, search, self.seed(u64::from(config.replicates)))?;
+                self.tune(&file, None, None, search, self.seed(u64::from(config.replicates)))?;
             }
             controllers.push(named(REFERENCE, &file)?);
         }
@@ -537,6 +570,11 @@ impl Stages<'_> {
         self.monitor.note(&format!("{}: test plants", self.scenario.name));
         let judged = self.judge(controllers)?;
         Ok(ScenarioResults::new(config, self.scenario, &self.greenhouse, &judged, &costs, &self.task))
+    }
+
+    /// The task, by another score of its targets.
+    fn task_by(&self, score: Option<Reading>) -> Task {
+        score.map_or_else(|| self.task.clone(), |score| self.task.by(score))
     }
 
     fn folder(&self) -> PathBuf {
@@ -563,7 +601,7 @@ impl Stages<'_> {
         let kind = *kind;
         let model = self.model(&folder, kind, seed)?;
         let seconds = match &method.kind {
-            MethodKind::Tune { search, .. } => self.tune(&file, Some(&model), search, seed)?,
+            MethodKind::Tune { search, score, .. } => self.tune(&file, Some(&model), *score, search, seed)?,
             MethodKind::Plan { planner, .. } => {
                 // Both lie in the folder of the replicate.
                 let model = PathBuf::from(model.file_name().unwrap_or_default());
@@ -572,12 +610,12 @@ impl Stages<'_> {
                 files::write(&file, text.as_bytes())?;
                 0.0
             }
-            MethodKind::Evolve { from, evolution, .. } => {
+            MethodKind::Evolve { from, score, evolution, .. } => {
                 let out = folder.join(format!("{}-evolution", method.name));
                 let mut plan = EvolvePlan {
                     model,
                     out: out.clone(),
-                    task: self.task.clone(),
+                    task: self.task_by(*score),
                     evolution: (**evolution).clone(),
                     trial_plants: TRIAL_PLANTS,
                     seed,
@@ -637,11 +675,18 @@ impl Stages<'_> {
     }
 
     /// Tunes a rule on a model, or without one on virtual plants themselves; returns its processor time, in s.
-    fn tune(&self, out: &Path, model: Option<&Path>, search: &RuleSearch, seed: u64) -> Result<f64, Error> {
+    fn tune(
+        &self,
+        out: &Path,
+        model: Option<&Path>,
+        score: Option<Reading>,
+        search: &RuleSearch,
+        seed: u64,
+    ) -> Result<f64, Error> {
         let plan = TunePlan {
             model: model.unwrap_or(Path::new("")).to_owned(),
             beans: model.is_none().then(|| self.greenhouse.clone()),
-            task: self.task.clone(),
+            task: self.task_by(score),
             search: *search,
             seed,
             out: out.to_owned(),

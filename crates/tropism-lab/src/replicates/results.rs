@@ -8,14 +8,14 @@ use tropism_bean::tent::Greenhouse;
 use super::{CONSTANT, GREEDY, REFERENCE, ReplicatesConfig, ReplicatesPlan, Scenario, controller_name};
 use crate::Workflow;
 use crate::statistics::interval_over_replicates;
-use crate::transfer::{ControllerResults, SeenTurns, Share, TransferResults};
+use crate::transfer::{ControllerResults, SeenTurns, TransferResults};
 
 /// A mean with its 95 % interval, by bootstrap over replicates and plants.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeanAndInterval {
-    /// Mean, in cm.
+    /// Mean.
     pub mean: f64,
-    /// Ends of the interval, in cm.
+    /// Ends of the interval.
     pub interval: [f64; 2],
 }
 
@@ -25,6 +25,48 @@ impl MeanAndInterval {
         Self {
             mean: mean(values.iter().map(|values| mean(values.iter().copied()))),
             interval: interval_over_replicates(values, seed),
+        }
+    }
+}
+
+/// What controllers are compared by: means over replicates and plants, or their differences from other controllers, replicate by
+/// replicate and plant by plant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measures {
+    /// Fitness by the task's own score.
+    pub fitness: MeanAndInterval,
+    /// Fitness by eq. (9) to the letter, in cm; `None` for a task with another score.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to_the_letter: Option<MeanAndInterval>,
+    /// Fitness by eq. (9) by approach, in cm; `None` for a task with another score.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_approach: Option<MeanAndInterval>,
+    /// Sum of the distances at the crossings of all targets, in cm, 10 for one whose height was never reached; `None` without
+    /// targets.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distances: Option<MeanAndInterval>,
+    /// Share of plants on which the whole task was done, where it says what that is: with the paper's targets, that the tip
+    /// passes all of them within 1 cm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub done: Option<MeanAndInterval>,
+}
+
+impl Measures {
+    /// Of the controller of each replicate; less those of `others`, if there are any.
+    fn of(own: &[&ControllerResults], others: Option<&[&ControllerResults]>, seed: u64) -> Self {
+        let measure = |values: fn(&ControllerResults) -> Option<Vec<f64>>| {
+            let mut own: Vec<Vec<f64>> = own.iter().map(|one| values(one)).collect::<Option<_>>()?;
+            for (own, other) in own.iter_mut().zip(others.into_iter().flatten()) {
+                own.iter_mut().zip(values(other)?).for_each(|(own, other)| *own -= other);
+            }
+            Some(MeanAndInterval::of(&own, seed))
+        };
+        Self {
+            fitness: measure(|one| Some(one.fitness.clone())).expect("each controller has a fitness"),
+            to_the_letter: measure(|one| Some(one.both_readings.as_ref()?[0].values.clone())),
+            by_approach: measure(|one| Some(one.both_readings.as_ref()?[1].values.clone())),
+            distances: measure(|one| Some(one.arrival.as_ref()?.sum.values.clone())),
+            done: measure(|one| Some(one.is_done.as_ref()?.iter().map(|&done| f64::from(done)).collect())),
         }
     }
 }
@@ -79,29 +121,22 @@ pub struct ScenarioResults {
 /// A controller that no replicate makes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BaselineResults {
-    /// Fitness over the plants.
+    /// Over the plants.
     #[serde(flatten)]
-    pub fitness: MeanAndInterval,
-    /// Share of plants with a fitness under 6 cm.
-    pub under_6: f64,
-    /// Share of plants on which the whole task was done, where it says what that is.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub done: Option<Share>,
+    pub measures: Measures,
     /// What the photographs alone say, where the truth of the tent is judged instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_photographs: Option<SeenTurns>,
-    /// Median distance at the crossings of all targets, in cm; `None` if none was reached.
-    pub median_cm: Option<f64>,
+    /// Median distance at the crossing of each target's height, in cm; `None` if no plant reached it.
+    pub target_medians_cm: Vec<Option<f64>>,
 }
 
 impl BaselineResults {
-    fn of(one: &ControllerResults) -> Self {
+    fn of(one: &ControllerResults, seed: u64) -> Self {
         Self {
-            fitness: MeanAndInterval { mean: one.mean, interval: one.interval },
-            under_6: one.under_6,
-            done: one.done,
+            measures: Measures::of(&[one], None, seed),
             by_photographs: one.by_photographs.clone(),
-            median_cm: one.median_cm,
+            target_medians_cm: one.targets.iter().map(|target| target.median_cm).collect(),
         }
     }
 }
@@ -111,20 +146,17 @@ impl BaselineResults {
 pub struct MethodResults {
     /// Its name.
     pub name: String,
-    /// Fitness over replicates and plants.
-    pub fitness: MeanAndInterval,
-    /// Fitness minus that of the greedy rule on the same plants.
-    pub over_greedy: MeanAndInterval,
-    /// Fitness minus that of the reference controller on the same plants.
-    pub over_reference: Option<MeanAndInterval>,
-    /// Fitness minus that of the first method of the same replicate on the same plants; `None` for the first.
+    /// Over replicates and plants.
+    #[serde(flatten)]
+    pub measures: Measures,
+    /// Less those of the greedy controller on the same plants.
+    pub over_greedy: Measures,
+    /// Less those of the reference controller on the same plants.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub over_first: Option<MeanAndInterval>,
-    /// Share of plants with a fitness under 6 cm.
-    pub under_6: f64,
-    /// Share of plants on which the whole task was done, as a mean over replicates.
+    pub over_reference: Option<Measures>,
+    /// Less those of the first method of the same replicate on the same plants; `None` for the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub done: Option<f64>,
+    pub over_first: Option<Measures>,
     /// Median distance at the crossing of each target's height, in cm, as a mean over replicates; `None` if no plant of one
     /// reached it.
     pub target_medians_cm: Vec<Option<f64>>,
@@ -143,15 +175,9 @@ pub struct MethodResults {
 pub struct ReplicateResults {
     /// Fitness that the replicate predicted.
     pub expected: Option<f64>,
-    /// Mean fitness on the test plants.
-    pub mean: f64,
-    /// 95 % interval of the mean, by bootstrap over the plants.
-    pub interval: [f64; 2],
-    /// Share of plants with a fitness under 6 cm.
-    pub under_6: f64,
-    /// Share of plants on which the whole task was done.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub done: Option<Share>,
+    /// Over the plants.
+    #[serde(flatten)]
+    pub measures: Measures,
 }
 
 impl ReplicatesResults {
@@ -207,9 +233,9 @@ impl ScenarioResults {
             photographs: config.photographs_of(scenario),
             task: task.title(),
             best_possible: task.best_fitness(),
-            constant: BaselineResults::of(constant),
-            greedy: BaselineResults::of(greedy),
-            reference: reference.map(BaselineResults::of),
+            constant: BaselineResults::of(constant, config.seed),
+            greedy: BaselineResults::of(greedy, config.seed),
+            reference: reference.map(|one| BaselineResults::of(one, config.seed)),
             methods: methods.collect(),
         }
     }
@@ -225,15 +251,8 @@ impl MethodResults {
         cpu_seconds: f64,
         seed: u64,
     ) -> Self {
-        let fitness: Vec<Vec<f64>> = of_replicates.iter().map(|one| one.fitness.clone()).collect();
-        // `others`: what each replicate is compared with.
-        let over = |others: &[&ControllerResults]| {
-            let minus = |(own, other): (&Vec<f64>, &&ControllerResults)| {
-                own.iter().zip(&other.fitness).map(|(own, other)| own - other).collect()
-            };
-            MeanAndInterval::of(&fitness.iter().zip(others).map(minus).collect::<Vec<_>>(), seed)
-        };
-        let over_one = |other| over(&vec![other; fitness.len()]);
+        let over = |others: &[&ControllerResults]| Measures::of(of_replicates, Some(others), seed);
+        let over_one = |other| over(&vec![other; of_replicates.len()]);
         let errors: Option<Vec<f64>> =
             of_replicates.iter().map(|one| Some(one.mean - one.expected?)).collect();
         let targets = greedy.targets.len();
@@ -244,20 +263,14 @@ impl MethodResults {
         };
         let replicate = |one: &&ControllerResults| ReplicateResults {
             expected: one.expected,
-            mean: one.mean,
-            interval: one.interval,
-            under_6: one.under_6,
-            done: one.done,
+            measures: Measures::of(&[one], None, seed),
         };
-        let done: Option<Vec<f64>> = of_replicates.iter().map(|one| Some(one.done?.share)).collect();
         Self {
             name: name.to_owned(),
-            done: done.map(mean),
-            fitness: MeanAndInterval::of(&fitness, seed),
+            measures: Measures::of(of_replicates, None, seed),
             over_greedy: over_one(greedy),
             over_reference: reference.map(over_one),
             over_first: first.map(over),
-            under_6: mean(of_replicates.iter().map(|one| one.under_6)),
             target_medians_cm: (0..targets).map(median).collect(),
             over_expected: errors.as_ref().map(|errors| mean(errors.iter().copied())),
             worst_prediction: errors

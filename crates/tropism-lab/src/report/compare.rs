@@ -174,7 +174,8 @@ impl Comparison {
                 for method in scenario.methods {
                     let name =
                         if folders.len() > 1 { format!("{} of {name}", method.name) } else { method.name };
-                    let values = method.replicates.iter().map(|replicate| replicate.mean).collect();
+                    let values =
+                        method.replicates.iter().map(|replicate| replicate.measures.fitness.mean).collect();
                     let (best, model) = (Vec::new(), None);
                     comparison.groups.push(Group { name, best, values, task: task.clone(), model });
                 }

@@ -74,7 +74,7 @@ impl UnitFindings {
         let of_scenario = results.scenarios.iter().flat_map(|scenario| {
             scenario.methods.iter().map(|method| Self {
                 case: format!("{}/{}", scenario.name, method.name),
-                fitness: vec![method.fitness.mean],
+                fitness: vec![method.measures.fitness.mean],
                 mean_in_model: Vec::new(),
                 saturation_generation: None,
                 evaluations: None,

@@ -29,7 +29,8 @@ use self::causes::{Reference, Response};
 pub(crate) use self::controllers::check_name;
 pub use self::controllers::{ControllerSource, NamedController, read_controllers};
 pub use self::results::{
-    ArrivalResults, ControllerPair, ControllerResults, SeenTurns, Share, TargetResults, TransferResults,
+    ArrivalResults, ControllerPair, ControllerResults, OverPlants, SeenTurns, Share, TargetResults,
+    TransferResults,
 };
 use self::results::{Judge, Optimum, PlantResult, Scores};
 pub(crate) use self::status::status;

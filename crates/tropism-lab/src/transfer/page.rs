@@ -102,7 +102,12 @@ impl TransferPlan {
         let has_low_shares = self.has_low_shares();
         head.extend(["Under 9", "Under 6"].map(str::to_owned).into_iter().filter(|_| has_low_shares));
         let has_readings = results.controllers.iter().any(|controller| controller.both_readings.is_some());
-        head.extend(["To the letter", "By approach"].map(str::to_owned).into_iter().filter(|_| has_readings));
+        head.extend(
+            ["To the letter", "95 % interval", "By approach", "95 % interval"]
+                .map(str::to_owned)
+                .into_iter()
+                .filter(|_| has_readings),
+        );
         head.extend(["Expected", "Kept"].map(str::to_owned));
         let has_done = results.controllers.iter().any(|controller| controller.done.is_some());
         head.extend(has_done.then(|| "Whole task".to_owned()));
@@ -122,7 +127,8 @@ impl TransferPlan {
             row.extend(
                 [*under_9, *under_6].map(|share| percent(Some(share))).into_iter().filter(|_| has_low_shares),
             );
-            row.extend(controller.both_readings.into_iter().flatten().map(|mean| format!("{mean:.2}")));
+            let readings = controller.both_readings.iter().flatten();
+            row.extend(readings.flat_map(|one| [format!("{:.2}", one.mean), range(one.interval)]));
             row.extend([cm(controller.expected), percent(controller.share_of_expected)]);
             row.extend(controller.done.map(|done| done.in_words()));
             row.extend(controller.by_photographs.as_ref().map(|seen| {

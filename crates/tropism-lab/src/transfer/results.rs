@@ -88,9 +88,9 @@ pub struct ControllerResults {
     pub under_9: f64,
     /// Share of plants with a fitness under 6 cm.
     pub under_6: f64,
-    /// Mean fitness by both readings of eq. (9), to the letter and by approach; `None` for a task with another score.
+    /// Fitness by both readings of eq. (9), to the letter and by approach; `None` for a task with another score.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub both_readings: Option<[f64; 2]>,
+    pub both_readings: Option<[OverPlants; 2]>,
     /// Fitness that its model predicts for unseen plants; `None` where the champion does not say.
     pub expected: Option<f64>,
     /// Mean over expected fitness.
@@ -110,6 +110,9 @@ pub struct ControllerResults {
     /// nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub done: Option<Share>,
+    /// Whether each plant did so, in the order of the plants.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub is_done: Option<Vec<bool>>,
     /// How near the tip came to all targets together; `None` in a task without targets.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arrival: Option<ArrivalResults>,
@@ -121,12 +124,28 @@ pub struct ControllerResults {
     pub reached: BTreeMap<Cause, u32>,
 }
 
+/// A quantity on each plant, in cm.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OverPlants {
+    /// Its values, in the order of the plants.
+    pub values: Vec<f64>,
+    /// Their mean.
+    pub mean: f64,
+    /// 95 % interval of the mean, by bootstrap over the plants.
+    pub interval: [f64; 2],
+}
+
+impl OverPlants {
+    fn of(values: Vec<f64>, bootstrap: &Bootstrap) -> Self {
+        Self { mean: mean(values.iter().copied()), interval: bootstrap.interval_of_mean(&values), values }
+    }
+}
+
 /// How near the tip came to all targets together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArrivalResults {
-    /// Sum of the distances at the crossings of all targets, each 10 cm at most, and 10 cm for one whose height was never reached:
-    /// mean over the plants, in cm.
-    pub sum_cm: f64,
+    /// Sum of the distances at the crossings of all targets, each 10 cm at most, and 10 cm for one whose height was never reached.
+    pub sum: OverPlants,
     /// Share of plants that pass all targets within 1 cm.
     pub within_1_cm: Share,
     /// Share of plants that pass all targets within 0.5 cm.
@@ -325,8 +344,10 @@ impl Scores {
 
     fn controller(&self, plan: &TransferPlan, number: usize, bootstrap: &Bootstrap) -> ControllerResults {
         let (named, fitness) = (&plan.controllers[number], self.fitness(number));
-        // What a model predicted for the targets of the task says nothing about others.
-        let expected = named.controller.expected().filter(|_| !plan.random_targets).map(|trial| trial.mean);
+        // What a model predicted for one task says nothing about others.
+        let is_own = named.controller.own_task().is_none_or(|own| *own == plan.task);
+        let expected = named.controller.expected().filter(|_| is_own && !plan.random_targets);
+        let expected = expected.map(|trial| trial.mean);
         let under = |limit| mean(fitness.iter().map(|&score| f64::from(u8::from(score < limit))));
         let (mut missed, mut reached) = (BTreeMap::new(), BTreeMap::new());
         for &(crossing, cause) in self.plants[number].iter().flat_map(|plant| &plant.targets) {
@@ -334,6 +355,7 @@ impl Scores {
             *counts.entry(cause).or_insert(0) += 1;
         }
         let mean = mean(fitness.iter().copied());
+        let is_done: Option<Vec<bool>> = self.plants[number].iter().map(|plant| plant.is_done).collect();
         ControllerResults {
             name: named.name.clone(),
             description: named.controller.description(),
@@ -343,7 +365,7 @@ impl Scores {
             quantiles: QUANTILES.map(|share| quantile_linear(&fitness, share)),
             under_9: under(LOW_CM[0]),
             under_6: under(LOW_CM[1]),
-            both_readings: self.both_readings(number),
+            both_readings: self.both_readings(number, bootstrap),
             expected,
             share_of_expected: share(mean, expected),
             share_of_reference: None,
@@ -352,10 +374,8 @@ impl Scores {
                 let targets = self.plants[number].iter().flat_map(|plant| &plant.targets);
                 quantile_of(targets.filter_map(|(crossing, _)| *crossing), 0.5)
             },
-            done: {
-                let done: Option<Vec<bool>> = self.plants[number].iter().map(|plant| plant.is_done).collect();
-                done.map(|done| Share::of(&done))
-            },
+            done: is_done.as_deref().map(Share::of),
+            is_done,
             by_photographs: self.by_photographs(number),
             arrival: self.arrival(number, bootstrap),
             targets: self.targets(plan, number),
@@ -365,10 +385,10 @@ impl Scores {
         }
     }
 
-    fn both_readings(&self, number: usize) -> Option<[f64; 2]> {
+    fn both_readings(&self, number: usize, bootstrap: &Bootstrap) -> Option<[OverPlants; 2]> {
         let readings: Option<Vec<_>> = self.plants[number].iter().map(|plant| plant.both_readings).collect();
-        let readings = readings.filter(|all| !all.is_empty())?;
-        Some([0, 1].map(|reading| mean(readings.iter().map(|both| both[reading]))))
+        let readings = readings?;
+        Some([0, 1].map(|one| OverPlants::of(readings.iter().map(|both| both[one]).collect(), bootstrap)))
     }
 
     fn by_photographs(&self, number: usize) -> Option<SeenTurns> {
@@ -399,7 +419,7 @@ impl Scores {
         };
         let has_targets = self.tasks.first().is_some_and(|task| !task.targets.is_empty());
         has_targets.then(|| ArrivalResults {
-            sum_cm: mean(sums(number)),
+            sum: OverPlants::of(sums(number), bootstrap),
             within_1_cm: within(MISS_CM),
             within_half_cm: within(0.5 * MISS_CM),
             over_first: (number > 0).then(|| bootstrap.compare(&sums(number), &sums(0))),
@@ -553,7 +573,7 @@ mod tests {
         assert_eq!((greedy.missed[&Cause::WeakResponse], greedy.reached[&Cause::WeakResponse]), (2, 4));
         let arrivals: Vec<_> = results.controllers.iter().map(|one| one.arrival.as_ref().unwrap()).collect();
         // 0.2, 1.5 and a height that was never reached; 0.4 three times.
-        assert!((arrivals[0].sum_cm - (11.7 + 1.2) / 2.0).abs() < 1e-12);
+        assert!((arrivals[0].sum.mean - (11.7 + 1.2) / 2.0).abs() < 1e-12);
         assert_eq!((arrivals[0].within_1_cm.share, arrivals[1].within_half_cm.share), (0.5, 0.0));
         let over = arrivals[1].over_first.as_ref().unwrap();
         assert!(arrivals[0].over_first.is_none() && (over.mean - 5.25).abs() < 1e-12);

@@ -543,6 +543,16 @@ class SeenTurns(Results):
     _kinds = {"done": Share}
 
 
+class OverPlants(Results):
+    """A quantity on each plant of a comparison, in cm."""
+
+    #: On each plant.
+    values: list[float]
+    mean: float
+    #: 95 % interval of the mean.
+    interval: list[float]
+
+
 class ControllerResults(Results):
     """A controller on the plants of a comparison."""
 
@@ -559,8 +569,8 @@ class ControllerResults(Results):
     quantiles: list[float]
     under_9: float
     under_6: float
-    #: Mean fitness to the letter of eq. (9) and by approach; None for tasks with another score.
-    both_readings: list[float] | None
+    #: Fitness to the letter of eq. (9) and by approach; None for tasks with another score.
+    both_readings: list[OverPlants] | None
     expected: float | None
     share_of_expected: float | None
     share_of_reference: float | None
@@ -568,13 +578,20 @@ class ControllerResults(Results):
     median_cm: float | None
     #: Share of the plants on which the whole task was done, for tasks that can be done.
     done: Share | None
+    #: On each plant.
+    is_done: list[bool] | None
     #: Of winding round a pole through photographs, where the turns of the true stem are judged; else None.
     by_photographs: SeenTurns | None
     targets: list[TargetResults]
     #: Plants by what is found in the steps before a target that they missed, and before one that they reached.
     missed: Mapping[str, int]
     reached: Mapping[str, int]
-    _kinds = {"done": Share, "by_photographs": SeenTurns, "targets": TargetResults}
+    _kinds = {
+        "both_readings": OverPlants,
+        "done": Share,
+        "by_photographs": SeenTurns,
+        "targets": TargetResults,
+    }
 
 
 class TransferResults(Results):

@@ -3,9 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use tropism_lab::replicates::{
-    BaselineResults, MeanAndInterval, MethodResults, ReplicatesResults, ScenarioResults,
-};
+use tropism_lab::replicates::{MeanAndInterval, Measures, MethodResults, ReplicatesResults, ScenarioResults};
 use tropism_lab::units::plural;
 
 pub(super) fn text(results: &ReplicatesResults, out: &Path) -> String {
@@ -30,64 +28,103 @@ fn add_scenario(text: &mut String, scenario: &ScenarioResults) {
     let plants = plural(*test_plants, "unseen plant");
     let tips = if *photographs { "through photographs" } else { "true tips with the detector's noise" };
     let _ = writeln!(text, "\n{name}: {task} ({species}, variation {variation}, {plants}, {tips}{best})");
-    let first = match &scenario.methods[..] {
-        [first, _, ..] => format!("over {}", first.name),
-        _ => String::new(),
-    };
-    let _ = writeln!(
-        text,
-        "  {:<12} {:<22} {:<24} {:<24} {first:<24} {:>9}  {:<19} s a replicate",
-        "",
-        "mean and interval",
-        "over greedy",
-        "over the reference controller",
-        if scenario.greedy.done.is_some() { "all done" } else { "under 6" },
-        "prediction off by"
-    );
-    add_baseline(text, "constant", &scenario.constant);
-    add_baseline(text, "greedy", &scenario.greedy);
-    if let Some(reference) = &scenario.reference {
-        add_baseline(text, "reference", reference);
+    let columns = Columns::of(&scenario.greedy.measures);
+    let has_targets = !scenario.greedy.target_medians_cm.is_empty();
+    columns.add_head(text, "mean and interval", if has_targets { "median at each (cm)" } else { "" });
+    let baselines = [("constant", Some(&scenario.constant)), ("greedy", Some(&scenario.greedy))];
+    for (name, one) in baselines.into_iter().chain([("reference", scenario.reference.as_ref())]) {
+        let Some(one) = one else { continue };
+        columns.add(text, name, &one.measures, false, &at_targets(&one.target_medians_cm));
+        if let Some(seen) = &one.by_photographs {
+            let share =
+                seen.done.map_or_else(String::new, |done| format!(", all done {:.0} %", 100.0 * done.share));
+            let _ = writeln!(
+                text,
+                "  {:<12} true stems; the photographs alone say {:.2} turns{share}",
+                "", seen.mean
+            );
+        }
     }
-    scenario.methods.iter().for_each(|method| add_method(text, method));
-}
-
-fn add_baseline(text: &mut String, name: &str, one: &BaselineResults) {
-    let share = 100.0 * one.done.map_or(one.under_6, |done| done.share);
-    let _ = writeln!(text, "  {name:<12} {:<22} {:<74} {share:>7.0} %", of(&one.fitness), "");
-    if let Some(seen) = &one.by_photographs {
-        let share =
-            seen.done.map_or_else(String::new, |done| format!(", all done {:.0} %", 100.0 * done.share));
-        let _ = writeln!(
-            text,
-            "  {:<12} true stems; the photographs alone say {:.2} turns{share}",
-            "", seen.mean
-        );
+    for method in &scenario.methods {
+        columns.add(text, &method.name, &method.measures, false, &at_targets(&method.target_medians_cm));
+    }
+    let first = scenario.methods.first().map_or("", |first| first.name.as_str());
+    let over = |other: &str, measures: fn(&MethodResults) -> Option<Measures>| {
+        let methods = scenario.methods.iter().filter_map(|method| Some((&method.name, measures(method)?)));
+        let rows: Vec<(&String, Measures)> = methods.collect();
+        let mut text = String::new();
+        if !rows.is_empty() {
+            columns.add_head(&mut text, &format!("over {other}, paired"), "");
+        }
+        rows.iter().for_each(|(name, measures)| columns.add(&mut text, name, measures, true, ""));
+        text
+    };
+    *text += &over("greedy", |method| Some(method.over_greedy));
+    *text += &over("the reference controller", |method| method.over_reference);
+    *text += &over(first, |method| method.over_first);
+    for method in &scenario.methods {
+        let prediction = match (method.over_expected, method.worst_prediction) {
+            (Some(mean), Some(worst)) => {
+                format!("fitness {mean:+.2} over what the replicates predicted, at worst {worst:.2}; ")
+            }
+            _ => String::new(),
+        };
+        let _ = writeln!(text, "  {:<12} {prediction}{:.0} s a replicate", method.name, method.cpu_seconds);
     }
 }
 
-fn add_method(text: &mut String, method: &MethodResults) {
-    let prediction = match (method.over_expected, method.worst_prediction) {
-        (Some(mean), Some(worst)) => format!("{mean:+.2}, at worst {worst:.2}"),
-        _ => "-".to_owned(),
-    };
-    let _ = writeln!(
-        text,
-        "  {:<12} {:<22} {:<24} {:<24} {:<24} {:>7.0} %  {prediction:<19} {:.0}",
-        method.name,
-        of(&method.fitness),
-        signed(&method.over_greedy),
-        method.over_reference.as_ref().map_or_else(String::new, signed),
-        method.over_first.as_ref().map_or_else(String::new, signed),
-        100.0 * method.done.unwrap_or(method.under_6),
-        method.cpu_seconds,
-    );
+/// `0.28, 0.42, 0.59`: medians at the targets, in cm.
+fn at_targets(medians_cm: &[Option<f64>]) -> String {
+    let median = |median: &Option<f64>| median.map_or_else(|| "-".to_owned(), |cm| format!("{cm:.2}"));
+    let medians: Vec<String> = medians_cm.iter().map(median).collect();
+    medians.join(", ")
 }
 
-fn of(MeanAndInterval { mean, interval: [low, high] }: &MeanAndInterval) -> String {
-    format!("{mean:>5.2}  {low:>5.2} to {high:>5.2}")
+/// Which measures a table has: those of the task.
+struct Columns([bool; 5]);
+
+impl Columns {
+    fn of(measures: &Measures) -> Self {
+        let own = all(measures).map(|one| one.is_some());
+        // The score of targets is a reading of eq. (9), or follows from the distances.
+        Self([measures.to_the_letter.is_none(), own[1], own[2], own[3], own[4]])
+    }
+
+    fn shown<'a, T>(&'a self, cells: impl IntoIterator<Item = T> + 'a) -> impl Iterator<Item = T> + 'a {
+        cells.into_iter().zip(self.0).filter_map(|(cell, is_shown)| is_shown.then_some(cell))
+    }
+
+    fn add_head(&self, text: &mut String, what: &str, more: &str) {
+        let names = ["fitness", "eq. (9), letter", "eq. (9), approach", "distances (cm)", "whole task (%)"];
+        let cells: Vec<String> = self.shown(names).map(|name| format!("{name:<23}")).collect();
+        let head = format!("  {what}\n  {:<12} {}{more}", "", cells.concat());
+        let _ = writeln!(text, "{}", head.trim_end());
+    }
+
+    fn add(&self, text: &mut String, name: &str, measures: &Measures, is_signed: bool, more: &str) {
+        let share = |MeanAndInterval { mean, interval }| MeanAndInterval {
+            mean: 100.0 * mean,
+            interval: interval.map(|end: f64| 100.0 * end),
+        };
+        let [fitness, letter, approach, distances, done] = all(measures);
+        let cell = |digits: usize| {
+            move |MeanAndInterval { mean, interval: [low, high] }| {
+                if is_signed {
+                    format!("{mean:+.digits$} ({low:+.digits$} to {high:+.digits$})")
+                } else {
+                    format!("{mean:.digits$} ({low:.digits$} to {high:.digits$})")
+                }
+            }
+        };
+        let cells = [fitness, letter, approach, distances].map(|one| one.map(cell(2)));
+        let cells = cells.into_iter().chain([done.map(share).map(cell(0))]);
+        let cells: Vec<String> =
+            self.shown(cells).map(|cell| format!("{:<23}", cell.unwrap_or_default())).collect();
+        let _ = writeln!(text, "  {name:<12} {}{more}", cells.concat());
+    }
 }
 
-fn signed(MeanAndInterval { mean, interval: [low, high] }: &MeanAndInterval) -> String {
-    format!("{mean:+.2}  {low:+.2} to {high:+.2}")
+fn all(measures: &Measures) -> [Option<MeanAndInterval>; 5] {
+    let Measures { fitness, to_the_letter, by_approach, distances, done } = *measures;
+    [Some(fitness), to_the_letter, by_approach, distances, done]
 }
