@@ -80,8 +80,10 @@ impl Survey {
         for ending in ENDINGS {
             let _ = fs::remove_file(sibling(&restored, ending));
         }
-        // Its end empties the log into the database.
-        Journal::connect(&restored, durability)?.write_all(&self.history)?;
+        let journal = Journal::connect(&restored, durability)?;
+        journal.write_all(&self.history)?;
+        journal.empty_log()?;
+        drop(journal);
         let broken = free_name(&path.with_extension("broken.sqlite"));
         for ending in ENDINGS {
             let (from, to) = (sibling(path, ending), sibling(&broken, ending));
