@@ -56,6 +56,10 @@ fn champions_are_found_where_they_lie() {
     // Without the folders around it, a genome is drawn alone.
     fs::copy(folder.path().join("evolution/champion.json"), folder.path().join("alone.json")).unwrap();
     assert!(json(folder.path(), &["show", "alone.json"])["fitness"].is_null());
+    // Settings for another evolution beside it are not its record.
+    fs::write(folder.path().join("evolution.toml"), "seed = 1\n").unwrap();
+    assert!(json(folder.path(), &["show", "alone.json"])["fitness"].is_null());
+    fs::remove_file(folder.path().join("evolution.toml")).unwrap();
     // Of an evolution that is not over, the best so far; from its checkpoints, which stay as they are.
     let champion = folder.path().join("evolution/champion.json");
     fs::remove_file(&champion).unwrap();

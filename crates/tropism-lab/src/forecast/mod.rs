@@ -21,6 +21,7 @@ use self::left_out::{LeftOut, View, grown, measured};
 use self::score::{PlantScore, score, score_still};
 use crate::model::{self, Model};
 use crate::statistics::{Bootstrap, interval_over_replicates};
+use crate::units::plural;
 use crate::{Error, Monitor, Workflow, files};
 
 /// Compares models by their forecasts of plants that were left out.
@@ -234,9 +235,9 @@ impl ForecastPlan {
         if scored.is_empty() {
             let longest = self.horizons_min.iter().copied().fold(0.0, f64::max);
             return Err(Error::Plan(format!(
-                "found no start in the {} plants, wanted a measured tip below {} cm with {longest} minutes of lit steps after it, \
+                "found no start in {}, wanted a measured tip below {} cm with {longest} minutes of lit steps after it, \
                  at least one",
-                plants.len(),
+                plural(plants.len(), "plant"),
                 left_out::HIGHEST_START_CM
             )));
         }

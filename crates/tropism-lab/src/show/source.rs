@@ -34,7 +34,7 @@ impl ShownChampion {
         }
         let file = genome_file(&plan.source)?;
         // `evolution.toml` lies beside `champion.json`, or above `champions/run-00.json`.
-        let folder = file.ancestors().skip(1).take(2).find(|folder| EvolutionRecord::path(folder).exists());
+        let folder = file.ancestors().skip(1).take(2).find(|folder| EvolutionRecord::is_in(folder));
         let record = folder.map(EvolutionRecord::read).transpose()?;
         let champion = match &record {
             Some(record) if !file.exists() => best_so_far(record, &file, monitor)?,
