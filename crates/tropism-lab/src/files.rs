@@ -320,7 +320,8 @@ fn lamps_of_run(path: &Path) -> Option<Layout> {
 pub fn read_track(path: &Path) -> Result<Track, FileError> {
     let refused = |problem: String| FileError::content(path, problem);
     let bytes = read(path)?;
-    let rows = bytes.iter().filter(|&&byte| byte == b'\n').count();
+    // Less the head.
+    let rows = bytes.iter().filter(|&&byte| byte == b'\n').count().saturating_sub(1);
     if rows > MOST_ROWS {
         return Err(refused(format!("a track has at most {MOST_ROWS} rows, this one has {rows}")));
     }
