@@ -28,7 +28,10 @@ fn add_scenario(text: &mut String, scenario: &ScenarioResults) {
     let plants = plural(*test_plants, "unseen plant");
     let tips = if *photographs { "through photographs" } else { "true tips with the detector's noise" };
     let _ = writeln!(text, "\n{name}: {task} ({species}, variation {variation}, {plants}, {tips}{best})");
-    let columns = Columns::of(&scenario.greedy.measures);
+    let names = scenario.methods.iter().map(|method| method.name.chars().count());
+    // As wide as the longest of our own names at least.
+    let width = names.fold("reference".len(), usize::max);
+    let columns = Columns::of(&scenario.greedy.measures, width);
     let has_targets = !scenario.greedy.target_medians_cm.is_empty();
     columns.add_head(text, "mean and interval", if has_targets { "median at each (cm)" } else { "" });
     let baselines = [("constant", Some(&scenario.constant)), ("greedy", Some(&scenario.greedy))];
@@ -40,7 +43,7 @@ fn add_scenario(text: &mut String, scenario: &ScenarioResults) {
                 seen.done.map_or_else(String::new, |done| format!(", all done {:.0} %", 100.0 * done.share));
             let _ = writeln!(
                 text,
-                "  {:<12} true stems; the photographs alone say {:.2} turns{share}",
+                "  {:<width$}  true stems; the photographs alone say {:.2} turns{share}",
                 "", seen.mean
             );
         }
@@ -69,7 +72,8 @@ fn add_scenario(text: &mut String, scenario: &ScenarioResults) {
             }
             _ => String::new(),
         };
-        let _ = writeln!(text, "  {:<12} {prediction}{:.0} s a replicate", method.name, method.cpu_seconds);
+        let _ =
+            writeln!(text, "  {:<width$}  {prediction}{:.0} s a replicate", method.name, method.cpu_seconds);
     }
 }
 
@@ -80,24 +84,29 @@ fn at_targets(medians_cm: &[Option<f64>]) -> String {
     medians.join(", ")
 }
 
-/// Which measures a table has: those of the task.
-struct Columns([bool; 5]);
+/// The columns of a table.
+struct Columns {
+    /// Which measures it has: those of the task.
+    is_shown: [bool; 5],
+    /// Characters of a name.
+    width: usize,
+}
 
 impl Columns {
-    fn of(measures: &Measures) -> Self {
+    fn of(measures: &Measures, width: usize) -> Self {
         let own = all(measures).map(|one| one.is_some());
         // The score of targets is a reading of eq. (9), or follows from the distances.
-        Self([measures.to_the_letter.is_none(), own[1], own[2], own[3], own[4]])
+        Self { is_shown: [measures.to_the_letter.is_none(), own[1], own[2], own[3], own[4]], width }
     }
 
     fn shown<'a, T>(&'a self, cells: impl IntoIterator<Item = T> + 'a) -> impl Iterator<Item = T> + 'a {
-        cells.into_iter().zip(self.0).filter_map(|(cell, is_shown)| is_shown.then_some(cell))
+        cells.into_iter().zip(self.is_shown).filter_map(|(cell, is_shown)| is_shown.then_some(cell))
     }
 
     fn add_head(&self, text: &mut String, what: &str, more: &str) {
         let names = ["fitness", "eq. (9), letter", "eq. (9), approach", "distances (cm)", "whole task (%)"];
         let cells: Vec<String> = self.shown(names).map(|name| format!("{name:<23}")).collect();
-        let head = format!("  {what}\n  {:<12} {}{more}", "", cells.concat());
+        let head = format!("  {what}\n  {:<width$}  {}{more}", "", cells.concat(), width = self.width);
         let _ = writeln!(text, "{}", head.trim_end());
     }
 
@@ -120,7 +129,8 @@ impl Columns {
         let cells = cells.into_iter().chain([done.map(share).map(cell(0))]);
         let cells: Vec<String> =
             self.shown(cells).map(|cell| format!("{:<23}", cell.unwrap_or_default())).collect();
-        let _ = writeln!(text, "  {name:<12} {}{more}", cells.concat());
+        let row = format!("  {name:<width$}  {}{more}", cells.concat(), width = self.width);
+        let _ = writeln!(text, "{}", row.trim_end());
     }
 }
 
