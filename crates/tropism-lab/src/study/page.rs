@@ -14,7 +14,7 @@ use super::results::{StudyFolder, StudyResults};
 use crate::evolve::EvolutionHistory;
 use crate::figures::{Figures, distances, fitness_table, with_distances};
 use crate::finished_run::FinishedRun;
-use crate::transfer::ControllerResults;
+use crate::transfer::{ControllerResults, OverPlants};
 use crate::{Error, champion, files};
 
 /// The report of the finished study in `folder`.
@@ -151,17 +151,24 @@ impl StudyFolder {
                 .iter()
                 .map(|target| target.median_cm.map_or_else(|| "-".to_owned(), |cm| format!("{cm:.1}")))
                 .collect();
-            let [low, high] = one.interval;
+            let [letter, approach] = [0, 1].map(|reading| {
+                one.both_readings.as_ref().map_or_else(
+                    || "-".to_owned(),
+                    |both| {
+                        let OverPlants { mean, interval: [low, high], .. } = &both[reading];
+                        format!("{mean:.2} ({low:.2} to {high:.2})")
+                    },
+                )
+            });
             let visited = one.done.map_or_else(String::new, |done| done.in_words());
-            let mean = format!("{:.2} ({low:.2} to {high:.2})", one.mean);
-            vec![one.name.clone(), mean, distances.join(", "), visited]
+            vec![one.name.clone(), letter, approach, distances.join(", "), visited]
         };
-        let head = ["Controller", "Mean fitness (cm)", "Distances (cm)", "Visited all"];
+        let head = ["Controller", "To the letter (cm)", "By approach (cm)", "Distances (cm)", "Visited all"];
         Table {
             title: "Controllers on many unseen beans".to_owned(),
             caption: format!(
-                "{} virtual beans without photographs, scored as in evolution, with 95 % intervals. Distances and visits are \
-                 those of the table above.",
+                "{} virtual beans without photographs: means of eq. (9) by both readings, with 95 % intervals. Distances and \
+                 visits are those of the table above.",
                 self.many.plants
             ),
             head: head.map(str::to_owned).to_vec(),

@@ -300,10 +300,11 @@ impl StudyResults {
             reproduced: ours.map_or("no", |ours| verdict(ours, is, tolerance)).to_owned(),
             note: match ours {
                 Some(ours) => format!(
-                    "{} Off by {:+.2}; reproduced within {tolerance}, partly within {}.",
+                    "{} Off by {:+.digits$}; reproduced within {tolerance}, partly within {}.",
                     row.note,
                     ours - is,
-                    2.0 * tolerance
+                    2.0 * tolerance,
+                    digits = if tolerance < 5.0 { 2 } else { 0 }
                 ),
                 None => row.note.clone(),
             },
