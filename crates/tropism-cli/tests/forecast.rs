@@ -85,7 +85,7 @@ fn tracks_that_were_left_out_judge_too() {
     );
     let error = |words: &[&str]| tropism(here, words).unwrap_err();
     let far = error(&["forecast", "--models", "stem.json", "--tracks", "others", "--horizons", "3000"]);
-    assert!(far.contains("found no start in the 2 plants"), "{far}");
+    assert!(far.contains("found no start in 2 plants"), "{far}");
     let none = error(&["forecast", "--models", "stem.json", "--horizons", "0"]);
     assert!(none.contains("--horizons") && none.contains("1 to 10000 minutes"), "{none}");
 }

@@ -57,7 +57,7 @@ impl EvolutionRecord {
         Ok(files::read_toml(&Self::path(folder))?)
     }
 
-    /// Whether `folder` is that of an evolution: settings for one may have the same name, but no schema.
+    /// Whether the record in `folder` is that of an evolution: settings for one may have the same name, but have no schema.
     pub(crate) fn is_in(folder: &Path) -> bool {
         let record: Result<toml::Table, _> = files::read_toml(&Self::path(folder));
         record.map_or_else(|_| Self::path(folder).exists(), |record| record.contains_key("schema"))

@@ -34,7 +34,11 @@ impl ShownChampion {
         }
         let file = genome_file(&plan.source)?;
         // `evolution.toml` lies beside `champion.json`, or above `champions/run-00.json`.
-        let folder = file.ancestors().skip(1).take(2).find(|folder| EvolutionRecord::is_in(folder));
+        // Beside a file that was named, settings for another evolution may have its name.
+        let has_record = |folder: &&Path| {
+            EvolutionRecord::is_in(folder) || plan.source.is_dir() && EvolutionRecord::path(folder).exists()
+        };
+        let folder = file.ancestors().skip(1).take(2).find(has_record);
         let record = folder.map(EvolutionRecord::read).transpose()?;
         let champion = match &record {
             Some(record) if !file.exists() => best_so_far(record, &file, monitor)?,
