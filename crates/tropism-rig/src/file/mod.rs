@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};
+use tropism::check;
 use tropism::lamps::{Layout, Light};
 use tropism::lighting::{Allowed, Lighting};
 use tropism::programme::{Part, Programme};
@@ -305,9 +306,8 @@ impl RigFile {
     pub fn faults(&self) -> Vec<RigFileError> {
         let mut faults = Vec::new();
         let mut add = |result: Result<(), String>| faults.extend(result.err());
-        if !(LEAST_PERIOD_MIN..=24.0 * 60.0).contains(&self.period_min) {
-            add(Err(format!("found period_min = {}, wanted {LEAST_PERIOD_MIN} to 1440", self.period_min)));
-        }
+        let periods = LEAST_PERIOD_MIN..=24.0 * 60.0;
+        add(check::within("period_min", self.period_min, periods).map_err(|problem| problem.to_string()));
         self.fault_policy.iter().for_each(|policy| add(policy.check()));
         if let (Some(lamps), Some(Calibration { width, height, .. })) =
             (&self.lamps_in_view, self.calibration())
