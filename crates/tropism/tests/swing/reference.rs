@@ -13,7 +13,7 @@ use tropism::evolve::{Evolution, EvolutionConfig};
 use tropism::math::rank_test::mann_whitney;
 use tropism::math::statistics::five_numbers;
 use tropism::plant::tip::{TipModel, TipModelConfig};
-use tropism::task::Task;
+use tropism::task::{Reading, Task};
 use tropism::track::Track;
 use tropism_neat::{Config, Generation};
 
@@ -104,7 +104,8 @@ pub(crate) fn histories(
     generations: u32,
 ) -> Vec<Vec<Generation>> {
     let config = EvolutionConfig { runs, generations, neat, ..EvolutionConfig::default() };
-    let task = Task::default();
+    // MultiNEAT was given eq. (9) to the letter.
+    let task = Task::default().by(Reading::Letter);
     let evolution = Evolution::new(model, &task, config, seed).expect("a preset is sound");
     let runs = evolution.evolve(&|_run, _generation| ControlFlow::Continue(())).expect("a preset is sound");
     runs.expect("never broken off").into_iter().map(|run| run.history).collect()
