@@ -70,6 +70,7 @@ __all__ = [
     "MeasurePlan",
     "MeasureResults",
     "MeasuredQuantity",
+    "Measures",
     "MethodResults",
     "NodeRuleResults",
     "NotePlan",
@@ -565,10 +566,36 @@ class RecoveryResults(Rows):
 class MeanAndInterval(Results):
     """A mean with its 95 % interval, by bootstrap over replicates and plants."""
 
-    #: Mean, in cm.
+    #: Mean.
     mean: float
-    #: Ends of the interval, in cm.
+    #: Ends of the interval.
     interval: list[float]
+
+
+class Measures(Results):
+    """What controllers are compared by: means over replicates and plants, or their differences from other
+    controllers, replicate by replicate and plant by plant.
+    """
+
+    #: Fitness by the task's own score.
+    fitness: MeanAndInterval
+    #: Fitness by eq. (9) to the letter, in cm; `None` for a task with another score.
+    to_the_letter: MeanAndInterval | None
+    #: Fitness by eq. (9) by approach, in cm; `None` for a task with another score.
+    by_approach: MeanAndInterval | None
+    #: Sum of the distances at the crossings of all targets, in cm, 10 for one whose height was never reached; `None`
+    #: without targets.
+    distances: MeanAndInterval | None
+    #: Share of plants on which the whole task was done, where it says what that is: with the paper's targets, that the
+    #: tip passes all of them within 1 cm.
+    done: MeanAndInterval | None
+    _kinds = {
+        "fitness": MeanAndInterval,
+        "to_the_letter": MeanAndInterval,
+        "by_approach": MeanAndInterval,
+        "distances": MeanAndInterval,
+        "done": MeanAndInterval,
+    }
 
 
 class ReplicateResults(Results):
@@ -576,15 +603,6 @@ class ReplicateResults(Results):
 
     #: Fitness that the replicate predicted.
     expected: float | None
-    #: Mean fitness on the test plants.
-    mean: float
-    #: 95 % interval of the mean, by bootstrap over the plants.
-    interval: list[float]
-    #: Share of plants with a fitness under 6 cm.
-    under_6: float
-    #: Share of plants on which the whole task was done.
-    done: Share | None
-    _kinds = {"done": Share}
 
 
 class MethodResults(Results):
@@ -592,18 +610,12 @@ class MethodResults(Results):
 
     #: Its name.
     name: str
-    #: Fitness over replicates and plants.
-    fitness: MeanAndInterval
-    #: Fitness minus that of the greedy rule on the same plants.
-    over_greedy: MeanAndInterval
-    #: Fitness minus that of the reference controller on the same plants.
-    over_reference: MeanAndInterval | None
-    #: Fitness minus that of the first method of the same replicate on the same plants; `None` for the first.
-    over_first: MeanAndInterval | None
-    #: Share of plants with a fitness under 6 cm.
-    under_6: float
-    #: Share of plants on which the whole task was done, as a mean over replicates.
-    done: float | None
+    #: Less those of the greedy controller on the same plants.
+    over_greedy: Measures
+    #: Less those of the reference controller on the same plants.
+    over_reference: Measures | None
+    #: Less those of the first method of the same replicate on the same plants; `None` for the first.
+    over_first: Measures | None
     #: Median distance at the crossing of each target's height, in cm, as a mean over replicates; `None` if no plant of
     #: one reached it.
     target_medians_cm: list[float | None]
@@ -616,10 +628,9 @@ class MethodResults(Results):
     #: One entry a replicate.
     replicates: list[ReplicateResults]
     _kinds = {
-        "fitness": MeanAndInterval,
-        "over_greedy": MeanAndInterval,
-        "over_reference": MeanAndInterval,
-        "over_first": MeanAndInterval,
+        "over_greedy": Measures,
+        "over_reference": Measures,
+        "over_first": Measures,
         "replicates": ReplicateResults,
     }
 

@@ -543,16 +543,6 @@ class SeenTurns(Results):
     _kinds = {"done": Share}
 
 
-class OverPlants(Results):
-    """A quantity on each plant of a comparison, in cm."""
-
-    #: On each plant.
-    values: list[float]
-    mean: float
-    #: 95 % interval of the mean.
-    interval: list[float]
-
-
 class ControllerResults(Results):
     """A controller on the plants of a comparison."""
 
@@ -569,8 +559,8 @@ class ControllerResults(Results):
     quantiles: list[float]
     under_9: float
     under_6: float
-    #: Fitness to the letter of eq. (9) and by approach; None for tasks with another score.
-    both_readings: list[OverPlants] | None
+    #: Fitness to the letter of eq. (9) and by approach, each with values, mean and interval; None for tasks with another score.
+    both_readings: list[Mapping[str, Any]] | None
     expected: float | None
     share_of_expected: float | None
     share_of_reference: float | None
@@ -586,12 +576,7 @@ class ControllerResults(Results):
     #: Plants by what is found in the steps before a target that they missed, and before one that they reached.
     missed: Mapping[str, int]
     reached: Mapping[str, int]
-    _kinds = {
-        "both_readings": OverPlants,
-        "done": Share,
-        "by_photographs": SeenTurns,
-        "targets": TargetResults,
-    }
+    _kinds = {"done": Share, "by_photographs": SeenTurns, "targets": TargetResults}
 
 
 class TransferResults(Results):
