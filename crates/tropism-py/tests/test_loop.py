@@ -44,8 +44,7 @@ class Paper(Task):
         x = next((x for x, y in self.targets if self.highest < y), None)
         if x is None:
             return 0.0
-        shift = after.x - before.x
-        return shift if after.x < x else -shift if after.x > x else abs(shift)
+        return abs(before.x - x) - abs(after.x - x)
 
 
 class Leaning(PlantModel):

@@ -21,7 +21,6 @@ from tropism.results import (
     Rows,
     RunResults,
     ScoreResults,
-    Share,
     ShowResults,
     SimulateResults,
     StudyResults,
