@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism_lab::transfer::{TEST_PLANTS, TransferPlan, TransferResults, read_controllers};
+use tropism_lab::transfer::{OverPlants, TEST_PLANTS, TransferPlan, TransferResults, read_controllers};
 use tropism_lab::units::plural;
 
 use crate::controller::{ControllerName, conditions_of, note_other_task};
@@ -189,9 +189,7 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     for (one, readings) in
         results.controllers.iter().filter_map(|one| Some((one, one.both_readings.as_ref()?)))
     {
-        let [letter, approach] = readings
-            .each_ref()
-            .map(|of| format!("{:.2} ({:.2} to {:.2})", of.mean, of.interval[0], of.interval[1]));
+        let [letter, approach] = readings.each_ref().map(OverPlants::in_words);
         text += &format!("{:<longest$}  eq. (9) to the letter {letter}, by approach {approach}\n", one.name);
     }
     for (one, done) in results.controllers.iter().filter_map(|one| Some((one, one.done?))) {

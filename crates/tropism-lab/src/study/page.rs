@@ -151,15 +151,10 @@ impl StudyFolder {
                 .iter()
                 .map(|target| target.median_cm.map_or_else(|| "-".to_owned(), |cm| format!("{cm:.1}")))
                 .collect();
-            let [letter, approach] = [0, 1].map(|reading| {
-                one.both_readings.as_ref().map_or_else(
-                    || "-".to_owned(),
-                    |both| {
-                        let OverPlants { mean, interval: [low, high], .. } = &both[reading];
-                        format!("{mean:.2} ({low:.2} to {high:.2})")
-                    },
-                )
-            });
+            let [letter, approach] = match &one.both_readings {
+                Some(both) => both.each_ref().map(OverPlants::in_words),
+                None => ["-", "-"].map(str::to_owned),
+            };
             let visited = one.done.map_or_else(String::new, |done| done.in_words());
             vec![one.name.clone(), letter, approach, distances.join(", "), visited]
         };

@@ -139,6 +139,13 @@ impl OverPlants {
     fn of(values: Vec<f64>, bootstrap: &Bootstrap) -> Self {
         Self { mean: mean(values.iter().copied()), interval: bootstrap.interval_of_mean(&values), values }
     }
+
+    /// `9.74 (9.23 to 10.24)`.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let [low, high] = self.interval;
+        format!("{:.2} ({low:.2} to {high:.2})", self.mean)
+    }
 }
 
 /// How near the tip came to all targets together.
