@@ -1,9 +1,10 @@
 // Devices by hand, and notes: on the virtual tent by touch, and on an emulated WLED controller beside a run.
 import assert from "node:assert/strict";
 import fs from "node:fs";
+import http from "node:http";
 import path from "node:path";
 import { after } from "node:test";
-import { close, folder, page, run, start, studio, test, until, wled, wledRig } from "./helpers.js";
+import { close, folder, listening, page, run, start, studio, test, until, wled, wledRig } from "./helpers.js";
 
 after(close);
 
@@ -121,4 +122,40 @@ test("a camera is calibrated by clicks, and the rig file takes it when one says 
   // The next photograph is measured by it.
   await opened.tap("#take");
   await until(async () => /Tip at/.test(await text(opened, "#seen")), "another photograph");
+});
+
+test("a rig file is made from addresses by touch, and its lamps obey", async (t) => {
+  const cwd = folder(t);
+  const { url, lit } = await wled(t);
+  await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "periodic", "--steps", "2", "--out", "tent");
+  const photographs = [0, 1].map((step) => fs.readFileSync(path.join(cwd, `tent/photographs/00000${step}.jpg`)));
+  let taken = 0;
+  const camera = http.createServer((_, response) => response.setHeader("Content-Type", "image/jpeg").end(photographs[taken++ % 2]));
+  const place = await listening(camera);
+  t.after(() => camera.close());
+
+  const { address } = await studio(t, cwd);
+  const opened = await page(t, `${address}devices`, PHONE);
+  await opened.tap("[href='begin?form=make-rig']");
+  await opened.locator("#fields [name=camera_at]").waitFor();
+  await opened.fill("#fields [name=camera_at]", `${place}/photo.jpg`);
+  await until(async () => /lamps_at.*found none, wanted a URL/.test(await text(opened, "#problem")), "what is missing");
+  await opened.fill("#fields [name=lamps_at]", url);
+  await until(async () => /tropism make-rig --camera ip/.test(await text(opened, "#command")), "the command");
+  await opened.tap("#go");
+  await opened.waitForURL(/devices\?rig=rig\.toml/);
+  assert.match(fs.readFileSync(path.join(cwd, "rig.toml"), "utf8"), /^\[camera\]\ndriver = "http"/m);
+  await lamp(opened, "Right").locator("button").tap();
+  await until(() => lit()[0] === 1, "the right lamp");
+  await opened.tap("#take");
+  await until(async () => /Not calibrated yet/.test(await text(opened, "#seen")), "the photograph");
+  await opened.tap("#dark");
+  await until(() => lit().length === 0, "all light is off");
+
+  // What is there is not replaced.
+  const again = await page(t, `${address}begin?form=make-rig`);
+  await again.locator("#fields [name=camera_at]").waitFor();
+  await again.fill("#fields [name=camera_at]", place);
+  await again.fill("#fields [name=lamps_at]", url);
+  await until(async () => /rig\.toml is there already/.test(await text(again, "#problem")), "another name is wanted");
 });

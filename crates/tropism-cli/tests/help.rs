@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 33] = [
+const COMMANDS: [&str; 34] = [
     "study",
     "check",
     "run",
@@ -13,6 +13,7 @@ const COMMANDS: [&str; 33] = [
     "photo",
     "note",
     "export",
+    "make-rig",
     "calibrate-camera",
     "track",
     "depth",

@@ -12,6 +12,7 @@
 //! | [`NotePlan`](note::NotePlan) | what a person writes down of a run |
 //! | [`LampPlan`](by_hand::LampPlan), [`PhotoPlan`](by_hand::PhotoPlan) | devices by hand: a lamp for a time, a photograph now |
 //! | [`CheckPlan`](check::CheckPlan) | what is wrong with a rig before a plant depends on it |
+//! | [`MakeRigPlan`](make_rig::MakeRigPlan) | a rig file from what somebody has |
 //! | [`CalibrateCameraPlan`](calibrate_camera::CalibrateCameraPlan) | the calibration of a camera |
 //! | [`TrackPlan`](track::TrackPlan), [`DepthPlan`](depth::DepthPlan) | tracks of photographs, in the plane and in space |
 //! | [`FitPlan`](fit::FitPlan) | a model of tracks |
@@ -59,6 +60,7 @@ pub mod by_hand;
 pub mod export;
 pub mod timelapse;
 pub mod check;
+pub mod make_rig;
 pub mod calibrate_camera;
 pub mod track;
 pub mod depth;

@@ -156,6 +156,7 @@ workflows! {
     "export" => tropism_lab::export::ExportPlan,
     "fit" => tropism_lab::fit::FitPlan,
     "forecast" => tropism_lab::forecast::ForecastPlan,
+    "make_rig" => tropism_lab::make_rig::MakeRigPlan,
     "measure" => tropism_lab::measure::MeasurePlan,
     "grow" => tropism_lab::grow::GrowPlan,
     "guide" => tropism_lab::track::GuidePlan,

@@ -43,9 +43,9 @@ function draw() {
   const shown = form();
   isTouched = false;
   $("#says").textContent = shown.says;
-  for (const { name, preset, kind, offered } of shown.fields) {
+  for (const { name, preset, kind, offered, is_needed: isNeeded } of shown.fields) {
     values[name] ||= preset;
-    if (kind === "choice" && !offered.includes(values[name])) values[name] = preset || (offered[0] ?? "");
+    if (kind === "choice" && (isNeeded || values[name]) && !offered.includes(values[name])) values[name] = preset || (offered[0] ?? "");
   }
   put($("#fields"), shown.fields.map(field));
   look();
@@ -104,7 +104,10 @@ $("#form").onsubmit = async (event) => {
   $("#go").disabled = true;
   try {
     const { at, job } = await post("api/begin", filled());
-    if (job === null) return location.assign(`run?${new URLSearchParams({ at })}`);
+    if (job === null) {
+      const page = form().name === "make-rig" ? `devices?${new URLSearchParams({ rig: at })}` : `run?${new URLSearchParams({ at })}`;
+      return location.assign(page);
+    }
     toast("It is in the queue.");
     values.out = "";
     draw();

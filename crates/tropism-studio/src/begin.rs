@@ -3,10 +3,12 @@
 mod forms;
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use serde_json::{Value, json};
+use tropism_lab::Workflow;
+use tropism_lab::make_rig::MakeRigPlan;
 
 use self::forms::{FORMS, Field, Form, Input};
 use crate::error::Refusal;
@@ -15,6 +17,9 @@ use crate::{Studio, draw, jobs};
 
 /// Files and folders that are offered at most.
 const MOST_OFFERED: usize = 500;
+
+/// Bytes of an address at most; chosen, longer than any URL of a device.
+const LONGEST_ADDRESS: usize = 1000;
 
 /// The forms, with what lies in the folder of the studio to choose from.
 pub(crate) fn forms(studio: &Studio) -> Value {
@@ -41,7 +46,7 @@ pub(crate) fn forms(studio: &Studio) -> Value {
                 plain.into_iter().chain(champions).chain(places(&[Kind::Rule])).collect()
             }
             Input::Word(words) => words.iter().map(|word| (*word).to_owned()).collect(),
-            Input::Name(_) | Input::Whole(..) | Input::Flag => Vec::new(),
+            Input::Name(_) | Input::Address | Input::Whole(..) | Input::Flag => Vec::new(),
         }
     };
     let field = |field: &Field| {
@@ -53,7 +58,7 @@ pub(crate) fn forms(studio: &Studio) -> Value {
             Input::Whole(..) => "number",
             Input::Flag => "flag",
             Input::Name(_) => "name",
-            Input::File(_) | Input::Folder | Input::Rig | Input::Controller => "place",
+            Input::File(_) | Input::Folder | Input::Rig | Input::Controller | Input::Address => "place",
         };
         json!({
             "name": field.name, "label": field.label, "kind": kind, "preset": field.preset,
@@ -161,6 +166,25 @@ impl Filled {
         }
         Ok(Begun { words, at: made, is_run: form.name == "run" })
     }
+
+    /// The plan of a rig file at `out`, if that is what the form makes: it is written at once, as nothing waits for it.
+    pub(crate) fn rig(&self, out: PathBuf) -> Option<MakeRigPlan> {
+        let given = |name: &str| {
+            let value = self.values.get(name).map(|value| value.trim());
+            value.filter(|value| !value.is_empty()).map(str::to_owned)
+        };
+        (self.form == "make-rig").then(|| MakeRigPlan {
+            camera: given("camera").unwrap_or_default(),
+            camera_at: given("camera_at"),
+            lamps: given("lamps").unwrap_or_default(),
+            lamps_at: given("lamps_at"),
+            flash: given("flash"),
+            flash_at: given("flash_at"),
+            broker: given("broker"),
+            out,
+            replace: false,
+        })
+    }
 }
 
 fn one_of(value: &str, words: &[&str]) -> Result<String, Refusal> {
@@ -210,6 +234,14 @@ impl Input {
                 draw::check_name(name)?;
                 return Ok(format!("{name}{ending}"));
             }
+            Self::Address => {
+                if value.starts_with('-') || value.contains(char::is_control) || value.len() > LONGEST_ADDRESS
+                {
+                    return Err(Refusal::bad(format!(
+                        "wanted an address of at most {LONGEST_ADDRESS} bytes that begins with no dash"
+                    )));
+                }
+            }
             Self::Whole(low, high) => {
                 if !value.parse::<u64>().is_ok_and(|number| (*low..=*high).contains(&number)) {
                     return Err(Refusal::bad(format!(
@@ -238,5 +270,8 @@ fn is_periodic(value: &str) -> bool {
 /// The command of a form as a person types it.
 pub(crate) fn preview(studio: &Studio, filled: &Filled) -> Result<Value, Refusal> {
     let Begun { words, at, .. } = filled.command(studio)?;
+    if let Some(plan) = filled.rig(studio.root.join(&at)) {
+        plan.check()?;
+    }
     Ok(json!({ "command": jobs::line(&words), "at": at }))
 }

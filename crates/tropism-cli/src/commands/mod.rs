@@ -13,6 +13,7 @@ mod fit;
 mod forecast;
 mod grow;
 mod lamp;
+mod make_rig;
 mod man;
 mod measure;
 mod node;
@@ -59,6 +60,7 @@ pub(crate) enum Command {
     #[command(hide = true)]
     Watchdog(watchdog::Watchdog),
     Export(export::Export),
+    MakeRig(make_rig::MakeRig),
     CalibrateCamera(calibrate_camera::CalibrateCamera),
     Track(track::Track),
     Depth(depth::Depth),
@@ -89,6 +91,7 @@ impl Command {
         matches!(
             self,
             Self::Status(_)
+                | Self::MakeRig(_)
                 | Self::CalibrateCamera(_)
                 | Self::Depth(_)
                 | Self::Measure(_)
@@ -117,6 +120,7 @@ impl Command {
             Self::Note(note) => note.execute(shell),
             Self::Watchdog(watchdog) => watchdog.execute(),
             Self::Export(export) => export.execute(shell),
+            Self::MakeRig(make_rig) => make_rig.execute(shell),
             Self::CalibrateCamera(calibrate) => calibrate.execute(shell),
             Self::Track(track) => track.execute(shell),
             Self::Depth(depth) => depth.execute(shell),

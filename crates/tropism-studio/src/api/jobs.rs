@@ -109,6 +109,10 @@ pub(super) async fn begin_work(State(studio): Shared, body: Body) -> Answer {
     work_on(&studio, move |studio| {
         let begin::Begun { words, at, is_run } = filled.command(studio)?;
         let command = crate::jobs::line(&words);
+        if let Some(plan) = filled.rig(studio.root.join(&at)) {
+            plan.execute(&Silent)?;
+            return Ok(Json(json!({ "at": at, "command": command, "job": null })));
+        }
         if is_run {
             start_run(studio, &studio.root.join(&at), &words)?;
             return Ok(Json(json!({ "at": at, "command": command, "job": null })));

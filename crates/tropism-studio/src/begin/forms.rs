@@ -16,6 +16,8 @@ pub(super) enum Input {
     Controller,
     /// The name of what is made, without this ending.
     Name(&'static str),
+    /// An address, or names with commas between them.
+    Address,
     /// A whole number from one to the other.
     Whole(u64, u64),
     /// One of these words.
@@ -119,6 +121,32 @@ pub(super) const FORMS: &[Form] = &[
         fields: &[
             needed("photographs", "Folder of photographs", "", Input::Folder, ""),
             needed("out", "Name of the file", "--out", Input::Name(".csv"), ""),
+        ],
+    },
+    Form {
+        name: "make-rig",
+        title: "Make a rig file",
+        says: "From the kinds and addresses of camera, lamps and flash. It is written at once; then lamps and camera can be tried by hand, and calibrated.",
+        fields: &[
+            needed("camera", "Camera", "--camera", Input::Word(&["ip", "usb", "raspberry"]), "ip"),
+            optional("camera_at", "Camera: URL, or device", "--camera-at", Input::Address),
+            needed(
+                "lamps",
+                "Lamps",
+                "--lamps",
+                Input::Word(&["wled", "zigbee", "leds-pi5", "spi-pi4"]),
+                "wled",
+            ),
+            optional("lamps_at", "Lamps: URL, or names of left, right", "--lamps-at", Input::Address),
+            optional(
+                "flash",
+                "Flash",
+                "--flash",
+                Input::Word(&["tasmota", "zigbee", "relay-pi4", "relay-pi5"]),
+            ),
+            optional("flash_at", "Flash: name of its plug", "--flash-at", Input::Address),
+            optional("broker", "MQTT broker, for plugs", "--broker", Input::Address),
+            needed("out", "Name of the file", "--out", Input::Name(".toml"), "rig"),
         ],
     },
     Form {
