@@ -65,6 +65,8 @@ __all__ = [
     "KinematicsResults",
     "LeftOut",
     "Lens",
+    "MakeRigPlan",
+    "MakeRigResults",
     "MeanAndInterval",
     "MeasurePlan",
     "MeasureResults",
@@ -123,6 +125,7 @@ __all__ = [
     "grow",
     "guide",
     "kinematics",
+    "make_rig",
     "measure",
     "note",
     "recovery",
@@ -345,6 +348,15 @@ class ExportResults(Results):
     #: Photographs that were left out.
     left_out: list[LeftOut]
     _kinds = {"left_out": LeftOut}
+
+
+class MakeRigResults(Results):
+    """A rig file that was written."""
+
+    #: The rig file.
+    out: str
+    #: Its text.
+    text: str
 
 
 class FrameCounts(Results):
@@ -1028,6 +1040,24 @@ class ForecastPlan(Plan[ForecastResults]):
     interval_min: float | None = None
     greenhouse: AnySettings | None = None
     seed: int | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class MakeRigPlan(Plan[MakeRigResults]):
+    """What there is, and where to write its rig file."""
+
+    workflow: ClassVar[str] = "make_rig"
+    results = MakeRigResults
+    roles: ClassVar[Mapping[str, str]] = {"out": "path"}
+    camera: str | None = None
+    camera_at: str | None = None
+    lamps: str | None = None
+    lamps_at: str | None = None
+    flash: str | None = None
+    flash_at: str | None = None
+    broker: str | None = None
     out: PathLike | None = None
     replace: bool | None = None
 
@@ -2021,6 +2051,83 @@ def forecast(
             interval_min=interval_min,
             greenhouse=greenhouse,
             seed=seed,
+            out=out,
+            replace=replace,
+            monitor=monitor,
+            threads=threads,
+        )
+    )
+
+
+def make_rig(
+    *,
+    camera: str = "ip",
+    camera_at: str | None = None,
+    lamps: str = "wled",
+    lamps_at: str | None = None,
+    flash: str | None = None,
+    flash_at: str | None = None,
+    broker: str | None = None,
+    out: PathLike = "rig.toml",
+    replace: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> MakeRigResults:
+    """What there is, and where to write its rig file.
+
+    Parameters
+    ----------
+    camera : str, default "ip"
+        Kind of the camera: `ip`, `usb` or `raspberry`.
+    camera_at : str, default None
+        Address of the camera: the URL of a photograph (`ip`), or a device such as `/dev/video0` (`usb`).
+    lamps : str, default "wled"
+        Kind of the lamps: `wled`, `tasmota`, `zigbee`, `leds-pi5` or `spi-pi4`.
+    lamps_at : str, default None
+        Addresses of the lamps: the URL of the controller (`wled`), or the names of the left and the right plug,
+        with a comma between them (`tasmota`, `zigbee`).
+    flash : str, default None
+        Kind of the flash: `tasmota`, `zigbee`, `relay-pi4` or `relay-pi5`. Without one, photographs are taken in
+        the light that there is.
+    flash_at : str, default None
+        Name of the plug of the flash (`tasmota`, `zigbee`).
+    broker : str, default None
+        Host of the MQTT broker, for plugs.
+    out : PathLike, default "rig.toml"
+        The rig file.
+    replace : bool, default False
+        Whether to replace a file at `out`.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    MakeRigResults
+        What the command `tropism make-rig` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> tropism.make_rig(camera="raspberry", lamps="leds-pi5", flash="relay-pi5", out="rig.toml").out
+    'rig.toml'
+    """
+    return execute(
+        MakeRigPlan(
+            camera=camera,
+            camera_at=camera_at,
+            lamps=lamps,
+            lamps_at=lamps_at,
+            flash=flash,
+            flash_at=flash_at,
+            broker=broker,
             out=out,
             replace=replace,
             monitor=monitor,
