@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import fs from "node:fs";
 import http from "node:http";
+import http2 from "node:http2";
 import net from "node:net";
 import path from "node:path";
 import { after } from "node:test";
@@ -117,6 +118,20 @@ test("with one's own certificate", async (t) => {
   const [cookie] = await opened.context().cookies();
   assert.ok(cookie.secure);
   await watchAndStop(cwd, opened, address);
+  assert.equal(await opened.evaluate(() => performance.getEntriesByType("navigation")[0].nextHopProtocol), "h2");
+  // One connection carries more streams than a browser has connections, and what changes something beside them.
+  const connection = http2.connect(address, { rejectUnauthorized: false });
+  t.after(() => connection.destroy());
+  const cookies = `${cookie.name}=${cookie.value}`;
+  const streams = Array.from({ length: 12 }, () => connection.request({ ":path": "/api/events", cookie: cookies }));
+  const heads = await Promise.all(streams.map((stream) => new Promise((done) => stream.on("response", done))));
+  assert.deepEqual(new Set(heads.map((head) => head[":status"])), new Set([200]));
+  const asked = connection.request({ ":path": "/api/session", cookie: cookies });
+  const head = await new Promise((done) => asked.on("response", done));
+  assert.equal(head[":status"], 200);
+  // The host of the address is looked at, too.
+  const foreign = connection.request({ ":path": "/api/session", ":authority": "evil.example.org", cookie: cookies });
+  assert.equal((await new Promise((done) => foreign.on("response", done)))[":status"], 421);
   // Who forgets the `s` is told so.
   const plain = await new Promise((done, failed) => {
     const asked = http.get(address.replace("https", "http"), (answer) => {

@@ -17,6 +17,9 @@ use crate::error::StudioError;
 /// The first byte of a handshake.
 const HANDSHAKE: u8 = 0x16;
 
+/// The name of HTTP/2 in a handshake (RFC 7301).
+const HTTP2: &[u8] = b"h2";
+
 /// The files of a certificate and its key, in PEM.
 #[derive(Clone, Debug)]
 pub struct TlsFiles {
@@ -60,7 +63,7 @@ impl Tls {
             let wanted = "wanted the key of this certificate";
             at(key, format!("does not go with {}: {error}; {wanted}", certificate.display()))
         })?;
-        config.alpn_protocols = vec![b"http/1.1".to_vec()];
+        config.alpn_protocols = vec![HTTP2.to_vec(), b"http/1.1".to_vec()];
         Ok(Self { acceptor: TlsAcceptor::from(Arc::new(config)), fingerprint })
     }
 
@@ -71,6 +74,11 @@ impl Tls {
     ) -> std::io::Result<TlsStream<S>> {
         self.acceptor.accept(stream).await
     }
+}
+
+/// Whether both sides of `stream` speak HTTP/2.
+pub(crate) fn is_http2<S>(stream: &TlsStream<S>) -> bool {
+    stream.get_ref().1.alpn_protocol() == Some(HTTP2)
 }
 
 /// Whether `first`, the first byte of a connection, begins a handshake.

@@ -17,9 +17,14 @@ use std::time::Duration;
 use axum::Router;
 use axum::body::Body;
 use axum::http::Request;
+use axum::response::Response;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
+#[cfg(feature = "tls")]
+use hyper::server::conn::http2;
 use hyper::service::service_fn;
+#[cfg(feature = "tls")]
+use hyper_util::rt::TokioExecutor;
 use hyper_util::rt::{TokioIo, TokioTimer};
 #[cfg(feature = "tls")]
 use tokio::io::AsyncWriteExt;
@@ -87,7 +92,11 @@ impl Encryption {
             stream.shutdown().await.map(|()| None)
         };
         if let Ok(Ok(Some(stream))) = tokio::time::timeout(HEAD, begun).await {
-            http_over(stream, service).await;
+            if crate::tls::is_http2(&stream) {
+                http2_over(stream, service).await;
+            } else {
+                http_over(stream, service).await;
+            }
         }
     }
 }
@@ -186,25 +195,39 @@ async fn http(stream: TcpStream, service: Service) {
 }
 
 async fn http_over<S: AsyncRead + AsyncWrite + Unpin>(stream: S, service: Service) {
-    let Service { router, peer, number, silent, _one } = service;
-    let service = service_fn(move |request: Request<Incoming>| {
-        lock(&silent).remove(&number);
-        let mut request = request.map(Body::new);
-        request.extensions_mut().insert(Peer(peer.ip()));
-        let router = router.clone();
-        async move { Ok::<_, Infallible>(answer(router, request).await) }
-    });
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new()).header_read_timeout(HEAD).max_buf_size(MAX_HEAD).half_close(false);
     // An error is the end of one connection: there is nobody to tell.
+    let service = service_fn(|request| service.answer(request));
     let _ = http.serve_connection(TokioIo::new(stream), service).await;
 }
 
-async fn answer(mut router: Router, request: Request<Body>) -> axum::response::Response {
-    use tower_service::Service;
+/// Requests of one connection that are answered at the same time, at most; chosen, some for each of ten tabs.
+#[cfg(feature = "tls")]
+const MOST_AT_ONCE: u32 = 100;
 
-    let Ok(answer) = Service::<Request<Body>>::call(&mut router, request).await;
-    answer
+#[cfg(feature = "tls")]
+async fn http2_over<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(stream: S, service: Service) {
+    let mut http = http2::Builder::new(TokioExecutor::new());
+    http.timer(TokioTimer::new()).max_concurrent_streams(MOST_AT_ONCE).max_header_list_size(MAX_HEAD as u32);
+    http.keep_alive_interval(HEAD).keep_alive_timeout(STALL);
+    let service = Arc::new(service);
+    let service = service_fn(move |request| {
+        let service = service.clone();
+        async move { service.answer(request).await }
+    });
+    let _ = http.serve_connection(TokioIo::new(stream), service).await;
+}
+
+impl Service {
+    async fn answer(&self, request: Request<Incoming>) -> Result<Response, Infallible> {
+        use tower_service::Service;
+
+        lock(&self.silent).remove(&self.number);
+        let mut request = request.map(Body::new);
+        request.extensions_mut().insert(Peer(self.peer.ip()));
+        Service::<Request<Body>>::call(&mut self.router.clone(), request).await
+    }
 }
 
 /// A connection that breaks when nothing of what is to go out goes out.
