@@ -81,7 +81,7 @@ function photograph() {
 }
 
 const says = (one) =>
-  ({ found: "found", uncertain: "uncertain", missed: one.status === "ok" ? "not found" : one.status.replaceAll("-", " ") })[
+  ({ found: "found", uncertain: "uncertain", missed: one.status === "ok" ? "not found" : one.status.replaceAll("_", " ") })[
     one.state
   ];
 
