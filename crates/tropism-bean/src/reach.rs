@@ -79,6 +79,7 @@ impl Farthest {
 /// assert_eq!(reach.misses_tip(Point::new(-3.0, 8.0)).unwrap(), "2.0 cm out of reach on the left");
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Reach {
     /// The farthest place at which a tip arrives at a height for the first time.
     pub tips: Vec<[f64; 2]>,

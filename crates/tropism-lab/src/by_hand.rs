@@ -96,6 +96,7 @@ pub struct PhotoResults {
 
 /// What is seen in a photograph by itself, without those before it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Seen {
     /// Name of the [`FrameStatus`]: `ok`, or why no plant is seen.
     pub status: &'static str,

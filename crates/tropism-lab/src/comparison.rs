@@ -17,6 +17,7 @@ pub(crate) struct NamedSample {
 
 /// Two samples compared by a Mann-Whitney U test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SamplePair {
     /// Name of the first sample.
     pub one: String,

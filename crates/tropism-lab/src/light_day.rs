@@ -60,6 +60,7 @@ impl LightLimits {
 
 /// The light of 24 hours.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LightOfDay {
     /// Hours with a lamp lit.
     pub hours: f64,

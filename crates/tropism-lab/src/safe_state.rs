@@ -25,6 +25,7 @@ pub struct SafeStatePlan {
 
 /// What was switched off.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SafeStateResults {
     /// Rig file or run folder.
     pub rig: PathBuf,
@@ -38,6 +39,7 @@ pub struct SafeStateResults {
 
 /// What one device answered.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceResult {
     /// `flash`, `lamps`, or a lamp by its name, such as `left lamp`.
     pub device: String,

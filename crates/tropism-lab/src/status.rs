@@ -43,6 +43,7 @@ pub struct StatusPlan {
 
 /// What the work in a folder does now.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum StatusResults {
     /// A run.
@@ -63,6 +64,7 @@ pub enum StatusResults {
 
 /// Whether a run goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum RunState {
     /// A program works on it.
@@ -81,6 +83,7 @@ pub enum RunState {
 
 /// What a run does now.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RunStatus {
     /// Run folder.
     pub run: PathBuf,
@@ -139,6 +142,7 @@ pub struct RunStatus {
 
 /// What acted of a programme at the latest step.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProgrammeStatus {
     /// Number of the part, from 1; 0 outside of all.
     pub part: u32,
@@ -173,6 +177,7 @@ impl fmt::Display for ProgrammeStatus {
 
 /// An event of a run.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LatestEvent {
     /// The latest step then.
     pub step: u32,

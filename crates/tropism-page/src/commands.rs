@@ -12,6 +12,7 @@ pub const MODELS: [&str; 2] = ["virtual-bean.json", "virtual-stem.json"];
 
 /// What a controller is made by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// Networks evolve.

@@ -21,6 +21,7 @@ const ABOVE_CM: f64 = 0.3;
 
 /// What was drawn: targets with what stands in the way, or a form of the stem.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Drawing {
     /// In cm.
@@ -39,6 +40,7 @@ pub struct Drawing {
 
 /// A form of the stem: the line that it is to follow, or what is wanted of its bow. In cm.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Form {
     /// From the root upwards; empty for none.

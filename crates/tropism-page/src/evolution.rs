@@ -1,7 +1,6 @@
 //! Histories of an evolution as curves, thinned to what a page can draw.
 
-use serde::Deserialize;
-use serde_json::{Map, Value, json};
+use serde::{Deserialize, Serialize};
 use tropism::math::statistics::five_numbers;
 use tropism_neat::Generation;
 
@@ -34,9 +33,37 @@ impl From<&Generation> for ShownGeneration {
     }
 }
 
-/// The histories of all runs: the generations that are shown (`marks`), the best fitness of each run, its quartiles and its
-/// highest over the runs, mean numbers of species and links, and how many generations are done.
-pub fn curves(runs: &[&[ShownGeneration]]) -> Map<String, Value> {
+/// The histories of all runs of an evolution.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Curves {
+    /// Generations that are done, of all runs.
+    pub done: usize,
+    /// Evaluations of all runs.
+    pub evaluations: u64,
+    /// The generations that are shown, from 1.
+    pub marks: Vec<usize>,
+    /// Best fitness of each run at the marks that it has reached.
+    pub best: Vec<Vec<f64>>,
+    /// Lower quartile of the best fitness over the runs, at each mark.
+    pub q1: Vec<f64>,
+    /// Its median.
+    pub median: Vec<f64>,
+    /// Its upper quartile.
+    pub q3: Vec<f64>,
+    /// Its highest value.
+    pub top: Vec<f64>,
+    /// Mean number of species, at each mark.
+    pub species: Vec<f64>,
+    /// Mean number of links, at each mark.
+    pub links: Vec<f64>,
+    /// Best fitness of each run so far; `None` before its first generation.
+    pub latest: Vec<Option<f64>>,
+}
+
+/// The histories of all runs as curves.
+#[must_use]
+pub fn curves(runs: &[&[ShownGeneration]]) -> Curves {
     let longest = runs.iter().map(|run| run.len()).max().unwrap_or(0);
     let marks = marks(longest, longest.div_ceil(POINTS).max(1));
     let curve = |of: fn(&ShownGeneration) -> f64| -> Vec<Vec<f64>> {
@@ -57,19 +84,19 @@ pub fn curves(runs: &[&[ShownGeneration]]) -> Map<String, Value> {
     let quartiles: Vec<[f64; 5]> =
         (0..marks.len()).filter_map(|place| five_numbers(&at(&best, place))).collect();
     let column = |place: usize| quartiles.iter().map(|five| rounded(five[place], 3)).collect::<Vec<f64>>();
-    let last = |of: fn(&ShownGeneration) -> f64| runs.iter().map(move |run| run.last().map(of));
-    let answer = json!({
-        "done": runs.iter().map(|run| run.len()).sum::<usize>(),
-        "evaluations": runs.iter().filter_map(|run| run.last()).map(|last| last.evaluations).sum::<u64>(),
-        "q1": column(1), "median": column(2), "q3": column(3), "top": column(4),
-        "species": means(&curve(|generation| generation.species)),
-        "links": means(&curve(|generation| generation.links_mean)),
-        "latest": last(|last| rounded(last.best_ever, 3)).collect::<Vec<_>>(),
-        "marks": marks,
-        "best": best,
-    });
-    let Value::Object(answer) = answer else { unreachable!("an object was written above") };
-    answer
+    Curves {
+        done: runs.iter().map(|run| run.len()).sum(),
+        evaluations: runs.iter().filter_map(|run| run.last()).map(|last| last.evaluations).sum(),
+        q1: column(1),
+        median: column(2),
+        q3: column(3),
+        top: column(4),
+        species: means(&curve(|generation| generation.species)),
+        links: means(&curve(|generation| generation.links_mean)),
+        latest: runs.iter().map(|run| run.last().map(|last| rounded(last.best_ever, 3))).collect(),
+        marks,
+        best,
+    }
 }
 
 /// Generations from 1 that are shown of so many: every `stride`-th, and the last.
@@ -95,11 +122,11 @@ mod tests {
         };
         let [long, short] = [[generation(1.0, 50), generation(4.0, 100)], [generation(2.0, 50); 2]];
         let answer = curves(&[&long, &short[..1]]);
-        assert_eq!(answer["marks"], json!([1, 2]));
-        assert_eq!((&answer["top"], &answer["median"]), (&json!([2.0, 4.0]), &json!([1.5, 4.0])));
-        assert_eq!((&answer["done"], &answer["evaluations"]), (&json!(3), &json!(150)));
-        assert_eq!(answer["latest"], json!([4.0, 2.0]));
-        assert_eq!(curves(&[&[]])["marks"], json!([]));
+        assert_eq!(answer.marks, [1, 2]);
+        assert_eq!((answer.top, answer.median), (vec![2.0, 4.0], vec![1.5, 4.0]));
+        assert_eq!((answer.done, answer.evaluations), (3, 150));
+        assert_eq!(answer.latest, [Some(4.0), Some(2.0)]);
+        assert!(curves(&[&[]]).marks.is_empty());
         assert_eq!(marks(10, 4), [1, 5, 9, 10]);
     }
 }

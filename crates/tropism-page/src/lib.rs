@@ -1,6 +1,6 @@
 //! What pages ask and show, without a disk: the studio answers from it over HTTP, and `tropism-wasm` within a browser.
 //!
-//! In: drawings, controllers and histories. Out: tasks, and JSON for the scripts of the pages. All functions are pure.
+//! In: drawings, controllers and histories. Out: tasks, and what the scripts of the pages show, as JSON. All functions are pure.
 
 mod drawing;
 mod trial;
@@ -8,11 +8,11 @@ mod commands;
 mod evolution;
 mod champion;
 
-pub use champion::{champion, figure};
+pub use champion::{ShownChampion, ShownFigure, ShownPath, champion, figure};
 pub use commands::{MODELS, Method, TRACKS, commands, model_of, rule_file};
 pub use drawing::{Drawing, Form};
-pub use evolution::{ShownGeneration, curves};
-pub use trial::{MOST_STEPS, schedule_of, thinned, try_out};
+pub use evolution::{Curves, ShownGeneration, curves};
+pub use trial::{Frame, MOST_STEPS, TriedBean, schedule_of, thinned, try_out};
 
 /// What a page asked for cannot be done: a sentence for people.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -1,13 +1,12 @@
 //! A virtual bean that is tried on a page: its frames, fitness and crossings under a controller.
 
 use serde::Serialize;
-use serde_json::{Value, json};
 use tropism::control::{Controller, Schedule};
 use tropism::environment::Environment;
 use tropism::geometry::Point;
 use tropism::lamps::Light;
 use tropism::observation::{Observation, Quality};
-use tropism::task::Task;
+use tropism::task::{Crossing, Task};
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 use tropism_bean::{Species, Trial};
 
@@ -17,17 +16,38 @@ use crate::{PageError, rounded};
 pub const MOST_STEPS: u32 = 1000;
 
 /// A step of the bean: its tip, the lamp that is lit from here on, and its stem.
-#[derive(Serialize)]
-struct Frame {
-    x: f64,
-    y: f64,
-    lamp: Option<&'static str>,
-    stem: Vec<[f64; 2]>,
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Frame {
+    /// The tip, in cm to the right of the root.
+    pub x: f64,
+    /// The tip, in cm above the soil.
+    pub y: f64,
+    /// `left` or `right`; `None` at the end.
+    pub lamp: Option<&'static str>,
+    /// Points of the stem from the root on, in cm.
+    pub stem: Vec<[f64; 2]>,
     /// Whether it touches an obstacle.
-    touches: bool,
-    /// How far the stem is from the wanted form, in cm.
+    pub touches: bool,
+    /// How far the stem is from the wanted form, in cm; of tasks with a form.
     #[serde(skip_serializing_if = "Option::is_none")]
-    off: Option<f64>,
+    pub off: Option<f64>,
+}
+
+/// A bean that was tried, from one of its steps on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct TriedBean {
+    /// The step from which on it is sent.
+    pub from: usize,
+    /// Its steps.
+    pub frames: Vec<Frame>,
+    /// Fitness so far at each of them, in cm.
+    pub fitness: Vec<f64>,
+    /// For each target, where the tip first reached its height.
+    pub crossings: Vec<Option<Crossing>>,
+    /// Whether the task is over.
+    pub is_over: bool,
 }
 
 /// Grows the common bean of `seed` in the paper's tent for `steps` steps at most, or until `task` is over. Returns the frames,
@@ -38,7 +58,7 @@ pub fn try_out(
     seed: u64,
     steps: u32,
     from: usize,
-) -> Value {
+) -> TriedBean {
     let species = Species::default();
     let mut bean = Trial { solids: task.solids(), ..Trial::new(&species) }.specimen(seed);
     let (mut frames, mut samples) = (Vec::new(), Vec::new());
@@ -63,14 +83,13 @@ pub fn try_out(
     }
     let track = Track::of(samples);
     let from = from.min(frames.len());
-    let fitness: Vec<f64> = task.fitness_so_far(&track).iter().map(|sum| rounded(*sum, 2)).collect();
-    json!({
-        "from": from,
-        "frames": &frames[from..],
-        "fitness": &fitness[from..],
-        "crossings": task.crossings(&track),
-        "is_over": is_over,
-    })
+    TriedBean {
+        from,
+        frames: frames.split_off(from),
+        fitness: task.fitness_so_far(&track)[from..].iter().map(|sum| rounded(*sum, 2)).collect(),
+        crossings: task.crossings(&track),
+        is_over,
+    }
 }
 
 fn frame(task: &Task, seen: &Observation, light: Option<Light>) -> Frame {
@@ -133,13 +152,11 @@ mod tests {
     fn a_person_who_lights_the_same_lamps_grows_the_same_bean() {
         let task = Task { max_steps: 30, ..Task::default() };
         let answer = try_out(&task, &mut Greedy::new(&task, &Layout::default()), 4, MOST_STEPS, 0);
-        let frames = answer["frames"].as_array().unwrap();
-        assert_eq!((frames.len(), &answer["is_over"]), (31, &json!(true)));
-        let letters: String =
-            frames.iter().filter_map(|frame| frame["lamp"].as_str()).map(|lamp| &lamp[..1]).collect();
+        let frames = answer.frames;
+        assert_eq!((frames.len(), answer.is_over), (31, true));
+        let letters: String = frames.iter().filter_map(|frame| frame.lamp).map(|lamp| &lamp[..1]).collect();
         let own = try_out(&task, &mut schedule_of(&letters).unwrap(), 4, letters.len() as u32, 10);
-        assert_eq!(own["frames"].as_array().unwrap()[..], frames[10..]);
-        assert_eq!(own["from"], 10);
+        assert_eq!((own.from, &own.frames[..]), (10, &frames[10..]));
         assert!(schedule_of("lx").is_err() && schedule_of(&"l".repeat(1001)).is_err());
     }
 }

@@ -27,6 +27,7 @@ pub struct NumberRow {
 
 /// A figure that a report does not have, and why.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LeftOut {
     /// Its number.
     pub figure: String,

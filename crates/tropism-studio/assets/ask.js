@@ -3,8 +3,9 @@
 import { html, put } from "./dom.js";
 
 /**
- * @typedef {{ csrf: string, read_only: boolean }} Session
- * @typedef {{ session: Session | null, asks_for_token: boolean, folder: string, version: string, is_demo: boolean, now: number }} Found
+ * What the studio is asked by address, and what it answers.
+ * @typedef {import("./types.d.ts").Gets} Gets
+ * @typedef {import("./types.d.ts").Posts} Posts
  */
 
 /** How long an answer may take. */
@@ -17,7 +18,7 @@ const INSISTS_MS = 120_000;
 /** The word that changes carry; a studio that began anew has another. */
 let csrf = "";
 
-/** @returns {Promise<Found>} */
+/** @returns {Promise<Gets["api/session"]["answer"]>} */
 export async function askSession() {
   const found = await (await fetch("api/session", { signal: AbortSignal.timeout(ANSWER_MS) })).json();
   csrf = found.session?.csrf ?? "";
@@ -49,9 +50,12 @@ async function read(answer) {
   return data;
 }
 
-/** @param {string} path @param {Record<string, any>} [values] @returns {Promise<any>} */
-export async function get(path, values = {}) {
-  const known = Object.entries(values).filter(([, value]) => value !== undefined && value !== null);
+/**
+ * @template {keyof Gets} P
+ * @param {P} path @param {Gets[P]["asked"]} [values] @returns {Promise<Gets[P]["answer"]>}
+ */
+export async function get(path, values) {
+  const known = Object.entries(values ?? {}).filter(([, value]) => value !== undefined && value !== null);
   const query = new URLSearchParams(known.map(([key, value]) => [key, String(value)]));
   return read(await fetch(known.length ? `${path}?${query}` : path));
 }
@@ -59,7 +63,7 @@ export async function get(path, values = {}) {
 /** That the studio did not answer. */
 class Unanswered extends Error {}
 
-/** @param {string} path @param {any} body @param {number} within */
+/** @param {keyof Posts} path @param {Posts[keyof Posts]["asked"]} body @param {number} within */
 async function send(path, body, within) {
   for (let isFirst = true; ; isFirst = false) {
     const word = csrf;
@@ -102,7 +106,9 @@ async function watched(doing, what) {
 
 /**
  * Asks for a change; where the studio does not answer, one is asked whether to try again: it may have been done.
- * @param {string} path @param {any} body @param {number} [within] how long it may take, in ms @returns {Promise<any>}
+ * @template {keyof Posts} P
+ * @param {P} path @param {Posts[P]["asked"]} body @param {number} [within] how long it may take, in ms
+ * @returns {Promise<Posts[P]["answer"]>}
  */
 export async function post(path, body, within = ANSWER_MS) {
   for (;;) {
@@ -121,7 +127,8 @@ export async function post(path, body, within = ANSWER_MS) {
 
 /**
  * Asks for a change that does no harm when it is asked for twice, again and again until the studio answers, and says so.
- * @param {string} path @param {any} body @param {string} what @returns {Promise<any>}
+ * @template {keyof Posts} P
+ * @param {P} path @param {Posts[P]["asked"]} body @param {string} what @returns {Promise<Posts[P]["answer"]>}
  */
 export async function insist(path, body, what) {
   const began = Date.now();

@@ -3,8 +3,8 @@
 import { $, asked, chip, command, folded, get, html, insist, listen, post, put, refuse, say, session, toast, wordOf } from "./studio.js";
 
 /**
- * @typedef {{ name: string, label: string, kind: "choice" | "number" | "flag" | "name" | "place", preset: string, is_needed: boolean, offered: string[] }} Field
- * @typedef {{ name: string, title: string, says: string, fields: Field[] }} Form
+ * @typedef {import("./types.d.ts").ShownField} Field
+ * @typedef {import("./types.d.ts").ShownForm} Form
  */
 
 /** @type {Form[]} */
@@ -121,7 +121,7 @@ $("#form").onsubmit = async (event) => {
 // The queue.
 const SAVED = /\.(gif|mp4|csv|tar|json|html)$/;
 const WORDS = { waiting: ["waiting", "Waits"], running: ["live", "Runs"], done: ["over", "Done"], stopped: ["stopped", "Stopped"], failed: ["broken", "Failed"] };
-/** @param {any} job */
+/** @param {import("./types.d.ts").ShownJob} job */
 const row = (job) =>
   html`<li class="stack">
     <div class="row">
@@ -156,7 +156,7 @@ $("#queue").onclick = async ({ target }) => {
     $("#log").showModal();
     return;
   }
-  await insist(`api/queue/${what}`, { number: Number(number) }, "This").catch(say);
+  await insist(what === "cancel" ? "api/queue/cancel" : "api/queue/remove", { number: Number(number) }, "This").catch(say);
 };
 
 listen("items", "", ({ queue }) => {

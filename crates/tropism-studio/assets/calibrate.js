@@ -97,7 +97,7 @@ const ask = (write) =>
     {
       rig: photo?.rig,
       number: photo?.number,
-      ends: points.slice(0, 2),
+      ends: [points[0], points[1]],
       length_cm: Number($("#length").value),
       base: points[2],
       write,

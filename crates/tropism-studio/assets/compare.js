@@ -4,7 +4,7 @@ import { $, $$, asked, banner, command, get, html, icon, listen, num, put, refus
 
 /** @type {Set<string>} */
 const chosen = new Set((asked.get("at") ?? "").split("\n").filter(Boolean));
-/** @type {any[]} */
+/** @type {import("./types.d.ts").Item[]} */
 let items = [];
 
 const COMPARED = ["run", "evolution", "study", "sweep", "transfer", "replicates"];
@@ -13,7 +13,7 @@ function list() {
   const wanted = $("#find").value.trim().toLowerCase();
   const known = items.filter((item) => COMPARED.includes(item.kind) && item.state === "over");
   const shown = known.filter((item) => chosen.has(item.at) || item.name.toLowerCase().includes(wanted)).slice(0, 60);
-  const one = (item) =>
+  const one = (/** @type {import("./types.d.ts").Item} */ item) =>
     html`<label class="check"
       ><input type="checkbox" value="${item.at}" data-checked="${chosen.has(item.at)}" /><span
         >${item.name} <span class="soft small">${item.kind}, ${item.text}</span> ${item.is_virtual ? virtual() : ""}</span
@@ -54,10 +54,10 @@ async function compare() {
   try {
     const found = await get("api/compare", { at });
     put($("#banner"), "");
-    const file = (name) => `api/compare/file?${new URLSearchParams({ at, name })}`;
-    const figure = ({ name, title }) => {
-      const has = (ending) => found.files.includes(`${name}.${ending}`);
-      const save = (ending, text, kind) =>
+    const file = (/** @type {string} */ name) => `api/compare/file?${new URLSearchParams({ at, name })}`;
+    const figure = (/** @type {import("./types.d.ts").ComparedFigure} */ { name, title }) => {
+      const has = (/** @type {string} */ ending) => found.files.includes(`${name}.${ending}`);
+      const save = (/** @type {string} */ ending, /** @type {string} */ text, /** @type {string} */ kind) =>
         has(ending)
           ? html`<a class="btn ${kind}" href="${file(`${name}.${ending}`)}" download="${name}.${ending}">${text}</a>`
           : "";
@@ -79,8 +79,8 @@ async function compare() {
       comparison.pairs.map((pair) => ({ ...pair, title: comparison.title, unit: comparison.unit })),
     );
     $("#tests-sheet").hidden = !pairs.length;
-    const p = (value) => (value < 0.0001 ? "< 0.0001" : num(value, 4));
-    const row = (pair) =>
+    const p = (/** @type {number} */ value) => (value < 0.0001 ? "< 0.0001" : num(value, 4));
+    const row = (/** @type {typeof pairs[0]} */ pair) =>
       html`<tr>
         <th scope="row">${pair.one} and ${pair.other}</th>
         <td class="n">${num(pair.median_difference)} ${pair.unit}</td>

@@ -91,7 +91,7 @@ export const series = fit($("#series"), (width) => {
   };
   // Both go through the steps once, the one an hour behind the other.
   let behind = 0;
-  /** @type {any} */
+  /** @type {typeof kept[0] | null} */
   let before = null;
   const hourly = kept.map((now) => {
     for (; behind < run.steps.length && run.steps[behind].hours <= now.hours - 0.99; behind++)
@@ -154,7 +154,7 @@ export function seriesTable() {
   if (!numbers.open) return;
   const every = Math.max(1, Math.ceil(run.steps.length / 12));
   const kept = run.steps.filter((_, index) => index % every === 0 || index === run.steps.length - 1);
-  const row = (one) =>
+  const row = (/** @type {typeof kept[0]} */ one) =>
     html`<tr>
       <th scope="row">${one.number}</th>
       <td class="n">${num(one.hours, 1)}</td>

@@ -8,7 +8,7 @@ import { frameFor, ring } from "./photo.js";
 const LIVE_MS = 2000;
 const ANSWER_MS = 130_000;
 
-/** @type {{ lamps: string[], has_flash: boolean, is_virtual: boolean, size: [number, number] | null } | null} */
+/** @type {import("./types.d.ts").AboutRig | null} */
 let about = null;
 /** What is lit, and when it goes off by this clock. @type {{ lit: string | null, until: number }} */
 let state = { lit: null, until: 0 };
@@ -18,7 +18,7 @@ let taken = 0;
 
 const rig = () => $("#rig").value;
 
-/** @param {any} found the state of the rig, as the studio says it */
+/** @param {import("./types.d.ts").RigState} found */
 function know(found) {
   state = { lit: found.lit, until: Date.now() + 1000 * (found.left_s ?? 0) };
   put($("#banner"), found.problem ? banner("bad", "alert", html`<strong>A device does not obey.</strong> ${found.problem}`) : "");
@@ -49,9 +49,9 @@ function draw() {
   $("#lampline").dataset.lamp = state.lit && state.lit !== "flash" ? lampClass(state.lit) : "";
 }
 
-/** @param {any} wish */
+/** @param {import("./types.d.ts").Wish} wish */
 async function wish(wish) {
-  know(await post("api/rig", { rig: rig(), ...wish }, ANSWER_MS));
+  know(await post("api/rig", wish, ANSWER_MS));
 }
 
 /** Says why a rig cannot be had. @param {any} error */
@@ -61,7 +61,7 @@ $("#lamps").onclick = async ({ target }) => {
   const button = target.closest("button");
   if (!button) return;
   if (button.dataset.off !== undefined) return dark();
-  await wish({ do: "light", lamp: button.dataset.light, seconds: Number($("#seconds").value) }).catch(problem);
+  await wish({ do: "light", rig: rig(), lamp: button.dataset.light, seconds: Number($("#seconds").value) }).catch(problem);
 };
 async function dark() {
   stopLive();
@@ -99,7 +99,7 @@ async function photograph() {
   }
 }
 
-/** @param {{ number: number, seen: { status: string, tip: [number, number] | null, tip_px: { x: number, y: number } | null, confidence: number } | null }} photo */
+/** @param {import("./types.d.ts").PhotoByHand} photo */
 function show({ number, seen }) {
   taken = Date.now();
   const image = $("#img");

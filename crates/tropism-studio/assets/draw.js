@@ -30,7 +30,7 @@ export function enter(to, who) {
 }
 
 // Evolve.
-/** @type {any} */
+/** @type {import("./types.d.ts").EvolutionNews | undefined} */
 let evolution;
 $("#name").value = free();
 /** Names of what was made from this page: what is made next has another, and is saved under the same. @type {Set<string>} */
@@ -77,7 +77,7 @@ $("#tune").onclick = () => make("tune");
 const searched = [];
 let searches = 0;
 
-/** Says how long a job waits, or why it failed; whether it may still come. @param {string} own @param {any} queue */
+/** Says how long a job waits, or why it failed; whether it may still come. @param {string} own @param {import("./types.d.ts").ShownJob[] | null} queue */
 function waits(own, queue) {
   const job = queue?.findLast((one) => one.at === own);
   if (job?.state === "failed") {
@@ -96,16 +96,18 @@ function waits(own, queue) {
 async function search() {
   const own = view.at;
   for (; view.at === own && view.phase === "evolve"; await new Promise((done) => setTimeout(done, 500))) {
+    /** @type {import("./types.d.ts").ShownWork | null} */
     const found = await get("api/work", { at: own }).catch(() => null);
     if (view.at !== own || view.phase !== "evolve") return;
-    if (!found) {
+    const status = /** @type {import("./types.d.ts").TuneStatus | undefined} */ (found?.status);
+    if (!status) {
       const { queue } = await get("api/items").catch(() => ({ queue: [] }));
       if (!waits(own, queue)) return;
-    } else if (found.status.is_over) {
+    } else if (status.is_over) {
       enter("try");
       return play(true);
     } else {
-      const { generation, generations, best_fitness: top } = found.status;
+      const { generation, generations, best_fitness: top } = status;
       searches = generations;
       $("#generation").textContent = `generation ${generation} of ${generations}`;
       $("#evolving").textContent = "The mean of the best rule of each generation. The page may be closed.";
@@ -223,6 +225,7 @@ session.then(async ({ session: own }) => {
   );
   if (view.at) enter("try");
   else enter("draw");
+  /** @type {import("./types.d.ts").ToldReach | null} */
   const found = await get("api/reach").catch(() => null);
   if (!found) return;
   learn(found);

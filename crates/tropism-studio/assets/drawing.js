@@ -3,7 +3,7 @@
 import { num, toast } from "./studio.js";
 import { STEM_CM, distance, outline } from "./obstacle.js";
 
-/** @typedef {[number, number]} Pair */
+/** @typedef {import("./types.d.ts").Point} Pair */
 /**
  * Something that is drawn: a target or a way point has one point, a disc its centre and a radius, a box two corners, a line
  * two ends. Of a form of the stem: a node of its line, the apex of its bow, its inflection, each a point. A further kind has
@@ -53,7 +53,7 @@ const past = [];
 /** @type {string[]} */
 const future = [];
 
-/** The drawing as the server reads it. */
+/** The drawing as the server reads it. @returns {import("./types.d.ts").AskedDrawing} */
 export function drawing() {
   const points = (/** @type {string} */ kind) => sorted(kind).map((item) => item.points[0]);
   const obstacles = items.filter(isObstacle).map(obstacleOf);
@@ -67,13 +67,12 @@ export function wanted() {
   const nodes = sorted("node").map((item) => item.points[0]);
   return nodes.length ? [[0, 0], ...nodes] : [];
 }
-/** @param {any} drawn */
+/** @param {import("./types.d.ts").AskedDrawing} drawn */
 export function take(drawn) {
-  const point = (kind) => (/** @type {Pair} */ pair) => ({ kind, points: [pair], radius: 0 });
-  const obstacle = ({ disc, radius_cm, box, line }) =>
-    disc
-      ? { kind: "disc", points: [disc], radius: radius_cm }
-      : { kind: box ? "box" : "line", points: box ?? line, radius: 0 };
+  const point = (/** @type {Item["kind"]} */ kind) => (/** @type {Pair} */ pair) => ({ kind, points: [pair], radius: 0 });
+  /** @param {import("./obstacle.js").Obstacle} obstacle @returns {Item} */
+  const obstacle = ({ disc, radius_cm: radius, box, line }) =>
+    disc ? { kind: "disc", points: [disc], radius } : { kind: box ? "box" : "line", points: box ?? line, radius: 0 };
   if (drawn.form) {
     const { line: nodes, apex, inflection, ...rest } = drawn.form;
     // The root is part of every line.
@@ -89,7 +88,7 @@ export function take(drawn) {
     return;
   }
   items = [
-    ...drawn.targets.map(point("target")),
+    ...(drawn.targets ?? []).map(point("target")),
     ...(drawn.way_points ?? []).map(point("way")),
     ...(drawn.obstacles ?? []).map(obstacle),
   ];
@@ -102,7 +101,7 @@ export const targets = () => sorted("target");
 export const text = () => JSON.stringify(drawing());
 /** @param {Item} item @returns {import("./obstacle.js").Obstacle} */
 export const obstacleOf = ({ kind, points, radius }) =>
-  kind === "disc" ? { disc: points[0], radius_cm: radius } : /** @type {any} */ ({ [kind]: points });
+  kind === "disc" ? { disc: points[0], radius_cm: radius } : { [kind === "box" ? "box" : "line"]: [points[0], points[1]] };
 export const isObstacle = (/** @type {Item} */ { kind }) => isThing(kind);
 /** Whether something of a kind is larger than a point. @param {Item["kind"]} kind */
 export const isThing = (kind) => kind === "disc" || kind === "box" || kind === "line";
@@ -235,7 +234,7 @@ function turnBack(from, to) {
   ({ items, numbers } = then);
   return true;
 }
-/** Takes what the server knows of how far beans get. @param {any} found */
+/** Takes what the server knows of how far beans get. @param {import("./types.d.ts").ToldReach} found */
 export function learn(found) {
   [known, steepest] = [found, found.lean_deg];
   turnTo(mode);

@@ -6,7 +6,13 @@ const HUB = "tropism hub 1";
 
 /**
  * Who listens to a topic. Before there is a `take`, messages wait.
- * @typedef {{ key: string, topic: string, at: string, take: ((message: any) => void) | null, waiting: any[] }} Listener
+ * @typedef {import("./types.d.ts").Topics} Topics
+ * @typedef {{ key: string, topic: keyof Topics, at: string, take: ((message: Message<any>) => void) | null, waiting: Message<any>[] }} Listener
+ */
+/**
+ * A message of the hub: what a topic has to tell, that it cannot be listened to, a beat, or that the connection is lost.
+ * @template News
+ * @typedef {{ event?: string, data?: News, error?: string, beat?: number, isLost?: boolean }} Message
  */
 /** @type {Map<string, Listener>} */
 const listeners = new Map();
@@ -39,7 +45,7 @@ function ask({ key, topic, at }) {
 /** @param {Listener} listener */
 const drop = ({ key }) => port.postMessage({ drop: key });
 
-/** @param {string} topic @param {string} at @returns {Listener} */
+/** @param {keyof Topics} topic @param {string} at @returns {Listener} */
 function add(topic, at) {
   const key = `${Date.now().toString(36)}-${Math.random().toString(36).slice(2)}`;
   const listener = { key, topic, at, take: null, waiting: [] };
@@ -50,7 +56,8 @@ function add(topic, at) {
 
 /**
  * Listens to a topic: `take` gets each message, also those that came before. Gives what ends it.
- * @param {string} topic @param {string} at @param {(message: any) => void} take
+ * @template {keyof Topics} T
+ * @param {T} topic @param {string} at @param {(message: Message<Topics[T]>) => void} take
  */
 export function hear(topic, at, take) {
   const begun = [...listeners.values()].find((one) => !one.take && one.topic === topic && one.at === at);

@@ -32,13 +32,13 @@ import { shape } from "./obstacle.js";
 
 const at = asked.get("at") ?? "";
 
-/** Until it is known, the unit of most tasks. @type {any} */
+/** Until it is known, the unit of most tasks. @type {Partial<import("./types.d.ts").AboutEvolution>} */
 let about = { unit: "cm" };
-/** @type {any} */
+/** @type {import("./types.d.ts").EvolutionNews | undefined} */
 let data;
 /** The run that is shown; the champion of all, or the best so far, if it is `null`. @type {number | null} */
 let picked = null;
-/** @type {any} */
+/** @type {import("./types.d.ts").ShownChampion | undefined} */
 let champion;
 
 const bestRun = () => {
@@ -76,7 +76,7 @@ const curve = fit($("#curve"), (width) => {
   });
 });
 
-/** @param {string} id @param {string} key @param {string} name */
+/** @param {string} id @param {"species" | "links"} key @param {string} name */
 const small = (id, key, name) =>
   fit($(id), (width) => {
     const values = data?.[key] ?? [];
@@ -134,7 +134,7 @@ function table() {
       ),
     ),
   ];
-  const row = (place) =>
+  const row = (/** @type {number} */ place) =>
     html`<tr>
       <th scope="row">${data.marks[place]}</th>
       <td class="n">${num(data.q1[place])}</td>
@@ -161,16 +161,17 @@ function table() {
 
 /** The runs from the one to use on plants. */
 function ranked() {
+  /** @type {Partial<import("./types.d.ts").ShownRun>[]} */
   const rows = data.results?.runs ?? data.latest.map((best, run) => ({ run, best }));
-  const by = (one) => one.expected ?? one.mean ?? one.best ?? -Infinity;
+  const by = (/** @type {typeof rows[0]} */ one) => one.expected ?? one.mean ?? one.best ?? -Infinity;
   return [...rows].sort((one, other) => Number(other.run === bestRun()) - Number(one.run === bestRun()) || by(other) - by(one));
 }
 
 let listed = "";
 function runs() {
   const rows = ranked();
-  const cell = (value) => html`<td class="n">${value === null || value === undefined ? "–" : num(value)}</td>`;
-  const row = (one) =>
+  const cell = (/** @type {number | null | undefined} */ value) => html`<td class="n">${value === null || value === undefined ? "–" : num(value)}</td>`;
+  const row = (/** @type {typeof rows[0]} */ one) =>
     html`<tr>
       <th scope="row">
         ${one.run}${one.run === bestRun() ? html` <span class="chip live">${data.results ? "champion" : "best"}</span>` : ""}
@@ -197,7 +198,7 @@ function runs() {
   const key = `${data.state} ${rows.length} ${bestRun()}`;
   if (key === listed) return;
   listed = key;
-  const option = (one) =>
+  const option = (/** @type {typeof rows[0]} */ one) =>
     html`<option value="${one.run}">
       run ${one.run}${one.run === bestRun() ? (data.results ? ", champion" : ", best so far") : ""}
     </option>`;
@@ -348,7 +349,7 @@ session.then(async ({ session: own }) => {
   document.title = `${about.name} · tropism studio`;
   $("#about").textContent =
     `${plural(about.runs, "run")} of ${plural(about.generations, "generation")}, ${about.population} networks each, for ${about.task}. Seed ${about.seed}.`;
-  keep("evolution", at, about);
+  keep("evolution", at, { name: about.name });
   $("#run-it").href = `begin?${new URLSearchParams({ form: "run", controller: `${at}/champion.json` })}`;
   put($("#commands"), [
     command(about.commands.status),

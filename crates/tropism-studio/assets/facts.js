@@ -9,7 +9,7 @@ function growth() {
   const before = run.steps.findLast((one) => one.y !== null && one.hours <= last.hours - 0.99);
   if (!before) return null;
   const hours = last.hours - before.hours;
-  const of = (key) => (last[key] === null || before[key] === null ? null : (last[key] - before[key]) / hours);
+  const of = (/** @type {"y" | "length"} */ key) => (last[key] === null || before[key] === null ? null : (last[key] - before[key]) / hours);
   return { height: of("y"), length: of("length") };
 }
 

@@ -14,15 +14,16 @@ export function health() {
     >`,
   );
   // What says the same again and again is shown once, with a count.
-  const listed = missing
-    ? [{ kind: "missing", is_warning: true, count: 1, step: missing.number, says: "This photograph could not be loaded.", todo: "Look whether its file is there, and at the network." }]
-    : [];
+  /** @type {(import("./types.d.ts").ShownEvent & { count: number })[]} */
+  const listed = [];
+  if (missing)
+    listed.push({ kind: "missing", is_warning: true, count: 1, step: missing.number, says: "This photograph could not be loaded.", todo: "Look whether its file is there, and at the network.", text: "", unix: null });
   for (const event of [...run.events].reverse()) {
     const same = listed.at(-1);
     if (same && same.kind === event.kind && event.kind !== "note") same.count++;
     else listed.push({ ...event, count: 1 });
   }
-  const item = (event) =>
+  const item = (/** @type {typeof listed[0]} */ event) =>
     html`<li class="event">
       ${icon(event.kind === "note" ? "pen" : event.is_warning ? "warn" : event.kind === "recovered" || event.kind === "finished" ? "done" : "info")}
       <span>${event.kind === "note" ? event.text : event.says}${event.count > 1 ? ` ${event.count} times in a row.` : ""}</span>
@@ -31,7 +32,7 @@ export function health() {
       ${event.text && event.todo ? html`<div class="todo">${folded(event.text)}</div>` : ""}
     </li>`;
   put($("#events"), listed.length ? listed.slice(0, 12).map(item) : html`<li class="soft">Nothing happened yet.</li>`);
-  const row = (name, value) =>
+  const row = (/** @type {string} */ name, /** @type {string | number} */ value) =>
     html`<tr>
       <th scope="row">${name}</th>
       <td class="n">${value}</td>

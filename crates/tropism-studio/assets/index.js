@@ -23,15 +23,11 @@ import {
   virtual,
 } from "./studio.js";
 
-/**
- * @typedef {{ at: string, name: string, tags: string[], kind: string, state: string, is_virtual: boolean | null, began: number | null, changed: number | null,
- *   value: number | null, text: string, health: string, step: number | null, photo: number | null, photo_name: string | null, photo_v: string | null,
- *   next: number | null, lamp: string | null, done: number | null, total: number | null }} Item
- */
+/** @typedef {import("./types.d.ts").Item} Item */
 
 /** @type {Map<string, Item>} */
 const items = new Map();
-/** @type {any[]} */
+/** @type {import("./types.d.ts").ShownJob[]} */
 let queue = [];
 let isKnown = false;
 
@@ -43,6 +39,7 @@ const sort = $("#sort");
 
 // Made once: hundreds of names are compared with it, again and again.
 const { compare: byName } = new Intl.Collator(undefined, { numeric: true });
+/** @type {Record<"new" | "best" | "name", (a: Item, b: Item) => number>} */
 const ORDERS = {
   new: (a, b) => rank(b) - rank(a) || (b.began ?? 0) - (a.began ?? 0),
   best: (a, b) => (b.value ?? -Infinity) - (a.value ?? -Infinity) || byName(a.name, b.name),
@@ -187,7 +184,7 @@ function queueCard() {
   const open = queue.filter((job) => job.state === "waiting" || job.state === "running");
   const failed = queue.filter((job) => job.state === "failed").slice(-2);
   if (!open.length && !failed.length) return "";
-  const job = (one, place) =>
+  const job = (/** @type {typeof queue[0]} */ one, /** @type {number} */ place) =>
     html`<li class="row">
       <span class="chip ${one.state === "running" ? "live" : ""}"
         >${icon(one.state === "running" ? "live" : "wait")}${place + 1}</span
@@ -222,7 +219,7 @@ function draw() {
   const needs = all.filter(
     (item) => ["overdue", "died", "paused", "broken"].includes(item.state) || (item.state === "live" && item.health !== "good"),
   );
-  const one = (item) => html`<li><a href="${address(item)}">${item.name}</a>: ${item.health}.</li>`;
+  const one = (/** @type {Item} */ item) => html`<li><a href="${address(item)}">${item.name}</a>: ${item.health}.</li>`;
   put(
     $("#needs"),
     needs.length

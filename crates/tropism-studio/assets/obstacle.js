@@ -2,8 +2,8 @@
 // @ts-check
 
 /**
- * @typedef {[number, number]} Pair
- * @typedef {{ disc?: Pair, radius_cm?: number, box?: [Pair, Pair], line?: [Pair, Pair] }} Obstacle
+ * @typedef {import("./types.d.ts").Point} Pair
+ * @typedef {import("./types.d.ts").Obstacle} Obstacle
  * @typedef {(value: number) => number} Scale
  */
 

@@ -8,7 +8,7 @@ import { answerPointer, lampNow, run } from "./record.js";
 /** Scales of the path, once it is drawn. @type {[(x: number) => number, (y: number) => number] | null} */
 let onPath = null;
 
-/** How far beside each target the tip crossed its height. @param {any[]} crossings */
+/** How far beside each target the tip crossed its height. @param {(import("./types.d.ts").ShownCrossing | null)[]} crossings */
 const besides = (crossings) =>
   crossings
     .map((crossed, index) => (crossed ? `${num(crossed.beside, 1)} cm beside target ${index + 1}` : `target ${index + 1} not yet`))

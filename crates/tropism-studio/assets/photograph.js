@@ -10,6 +10,7 @@ let film = 0;
 /** @type {Map<number, [number, number][] | null>} */
 const stems = new Map();
 
+/** @param {ReturnType<typeof stepShown>} one @param {boolean} isSmall */
 const photoOf = (one, isSmall) =>
   `api/run/photo?${new URLSearchParams({ at, name: one.photo, v: one.v, ...(isSmall ? { small: "true" } : {}) })}`;
 
@@ -126,7 +127,7 @@ export function strip() {
   const key = `${count} ${Math.floor(Math.log2(Math.max(1, steps.length)) * 8)}`;
   if (key === stripped) return;
   stripped = key;
-  const button = (mark, index) => {
+  const button = (/** @type {number} */ mark, /** @type {number} */ index) => {
     const one = steps[mark];
     const to = marks[index + 1] ?? 1e9;
     const picture = one.photo ? html`<img src="${photoOf(one, true)}" alt="" loading="lazy" />` : "";

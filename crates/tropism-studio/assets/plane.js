@@ -6,8 +6,8 @@ import { shape } from "./obstacle.js";
 import { KINDS, handles, isObstacle, items, mode, nameOf, obstacleOf, reach, sorted, targets, wanted, word } from "./drawing.js";
 
 /** @typedef {import("./drawing.js").Item} Item */
-/** @typedef {{ x: number, y: number, lamp: string | null, stem: [number, number][], touches: boolean, off?: number }} Frame */
-/** @typedef {{ frames: Frame[], fitness: number[], crossings: any[], isOver: boolean, at: number, lights: string }} Trial */
+/** @typedef {import("./types.d.ts").TriedBean} TriedBean */
+/** @typedef {Pick<TriedBean, "frames" | "fitness" | "crossings"> & { isOver: boolean, at: number, lights: string }} Trial */
 
 /** Distance at its height from which a target counts as missed, in cm (`MISS_CM` of the library). */
 const MISS_CM = 1;

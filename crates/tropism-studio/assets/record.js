@@ -6,9 +6,11 @@ import { asked, moment, num } from "./studio.js";
 export const at = asked.get("at") ?? "";
 
 /**
- * A step, from a row that the server sends.
- * @param {any[]} row
+ * @typedef {import("./types.d.ts").ShownStatus} Status
+ * @typedef {import("./types.d.ts").RunNow} RunNow
  */
+
+/** A step, from a row that the server sends. @param {import("./types.d.ts").Row} row */
 export const step = ([number, hours, x, y, length, lamp, confirmed, isCarried, status, confidence, unix, photo, px, py, v, steered]) => ({
   number,
   hours,
@@ -31,13 +33,13 @@ export const step = ([number, hours, x, y, length, lamp, confirmed, isCarried, s
 export const run = {
   /** @type {ReturnType<typeof step>[]} */
   steps: [],
-  /** @type {any[]} */
+  /** @type {import("./types.d.ts").ShownEvent[]} */
   events: [],
-  /** @type {any} */
+  /** Nothing before anything was heard. @type {Partial<Omit<Status, "state">> & { state?: RunNow["state"] }} */
   status: {},
-  /** What does not change. @type {any} */
+  /** What does not change; nothing before it is known. @type {Partial<import("./types.d.ts").AboutRun>} */
   about: {},
-  /** What is expected. @type {any} */
+  /** What is expected. @type {import("./types.d.ts").Prediction | undefined} */
   prediction: undefined,
   /** Place of the step that is looked at; the latest one if it is `null`. @type {number | null} */
   shown: null,
@@ -53,6 +55,7 @@ export const place = () => run.shown ?? run.steps.length - 1;
 /** The step that is looked at. */
 export const stepShown = () => run.steps[place()];
 export const lampNow = () => run.steps.findLast((one) => one.lamp)?.lamp ?? null;
+/** When a step was. @param {ReturnType<typeof step>} one */
 export const when = (one) => (one.unix ? moment(one.unix) : `${num(one.hours, 1)} h`);
 
 /** What draws again when another step is looked at, or lies under the pointer. @type {(() => void)[]} */

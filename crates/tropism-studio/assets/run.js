@@ -54,8 +54,9 @@ listen(
   (data) => {
     const isFirst = !run.steps.length;
     // Another run lies in the folder now: nothing of the one before is kept.
-    if (data.status.identity && identity && data.status.identity !== identity) return location.reload();
-    identity = data.status.identity ?? identity;
+    const own = data.status.state === "gone" ? null : data.status.identity;
+    if (own && identity && own !== identity) return location.reload();
+    identity = own ?? identity;
     run.steps = [...run.steps.slice(0, data.from), ...data.rows.map(step)];
     run.events = [...run.events.slice(0, data.events_from), ...data.events];
     run.status = data.status;

@@ -61,7 +61,7 @@ function frame() {
 }
 frame();
 
-/** Says what is shown, where, and to whom. @param {import("./ask.js").Found} found */
+/** Says what is shown, where, and to whom. @param {import("./types.d.ts").About} found */
 function foot(found) {
   setClock(found.now);
   const own = found.session;
@@ -91,7 +91,8 @@ const CUT_OFF_MS = 11_000;
 
 /**
  * Listens to live events, over the connection that all tabs of this browser share; gives what ends it.
- * @param {string} topic @param {string} at @param {(data: any) => void} take
+ * @template {keyof import("./types.d.ts").Topics} T
+ * @param {T} topic @param {string} at @param {(data: import("./types.d.ts").Topics[T]) => void} take
  * @param {(isLost: boolean, seconds: number) => void} [lost] @param {(error: Error) => void} [refused] it is not there
  */
 export function listen(topic, at, take, lost = () => {}, refused = refuse) {

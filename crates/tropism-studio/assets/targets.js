@@ -14,7 +14,7 @@ export function targets() {
   sayExpected();
   if (isForm) return form();
   if (!all.length) return;
-  const row = (target, index) => {
+  const row = (/** @type {typeof all[0]} */ target, /** @type {number} */ index) => {
     const crossed = run.status.crossings?.[index];
     const name = html`<th scope="row" class="num">${index + 1} &nbsp;${num(target.x, 1)}, ${num(target.y, 1)}</th>`;
     if (crossed)
@@ -56,8 +56,8 @@ function form() {
   const { now: own, end } = run.status.off;
   const height = run.steps.findLast((one) => one.y !== null);
   const expected = isOn() && run.prediction?.form;
-  const value = (one) => (one === null || one === undefined ? "–" : num(one, 1));
-  const between = (range) => `${num(range[0], 1)} to ${num(range[1], 1)}`;
+  const value = (/** @type {number | null | undefined} */ one) => (one === null || one === undefined ? "–" : num(one, 1));
+  const between = (/** @type {[number, number]} */ range) => `${num(range[0], 1)} to ${num(range[1], 1)}`;
   const when = end ? `at step ${end.step}, after ${num(end.hours, 1)} h` : expected?.hours ? `in ${between(expected.hours)} h` : "not yet";
   put(
     $("#targets"),

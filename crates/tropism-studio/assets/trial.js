@@ -25,10 +25,11 @@ export async function steer(next) {
   $("#steer").hidden = next !== "you";
   await ready();
 }
-/** A trial at its start: the bean of this seed, steered to its end; by a person, not yet. @param {string} who @returns {Promise<Trial>} */
+/** A trial at its start: the bean of this seed, steered to its end; by a person, not yet. @param {typeof view.who} who @returns {Promise<Trial>} */
 async function grown(who) {
   const found = await get("api/try", {
-    who,
+    // The studio has no rule of its own; the page in a browser alone has one.
+    who: /** @type {import("./types.d.ts").Who} */ (who),
     drawing: text(),
     at: who === "champion" ? view.at || null : null,
     seed,
@@ -57,7 +58,7 @@ function scores() {
   const isForm = mode === "form";
   $("#touches").hidden = !hasObstacles;
   $("#goal").textContent = isForm ? "Off the form" : "Beside each target (cm)";
-  const row = (name, title) => {
+  const row = (/** @type {string} */ name, /** @type {string} */ title) => {
     const trial = view.trials[name];
     const value = trial && trial.at > 0 ? num(trial.fitness[trial.at] ?? 0, 1) : "–";
     return html`<tr class="${name === view.who ? "now" : ""}">

@@ -24,7 +24,10 @@ import {
 } from "./studio.js";
 import { frameFor, regionOf, ring, stemLine } from "./photo.js";
 
-/** @typedef {{ mode: string, roi: number[] | null, base: [number, number], px_per_cm: number, contrast: number, threshold: number }} Settings */
+/**
+ * @typedef {import("./types.d.ts").TuneSettings} Settings
+ * @typedef {import("./types.d.ts").SeenPhoto} SeenPhoto
+ */
 
 const SLIDERS = [
   ["contrast", "Contrast", "how far a plant must stand out, in standard deviations of the background", 1, 20, 0.5],
@@ -34,21 +37,22 @@ const SLIDERS = [
 /** How long writing may take: other work with photographs comes first. */
 const WRITES_MS = 120_000;
 let at = asked.get("at") ?? "";
-/** @type {any} */
+/** @type {import("./types.d.ts").TuneBegin | undefined} */
 let about;
 /** @type {Settings} */
 let settings;
 /** @type {Settings} */
 let first;
-/** @type {any[]} */
+/** @type {SeenPhoto[]} */
 let seen = [];
-/** @type {any[]} */
+/** @type {SeenPhoto[]} */
 let before = [];
 let chosen = 0;
 let isOnly = false;
 
 const width = () => about?.width ?? 648;
 const height = () => about?.height ?? 486;
+/** @param {SeenPhoto} one @param {boolean} isSmall */
 const picture = (one, isSmall) =>
   `api/run/photo?${new URLSearchParams({ at, name: one.photo, ...(isSmall ? { small: "true" } : {}) })}`;
 
@@ -80,14 +84,15 @@ function photograph() {
   $("#tag").textContent = `${one.photo}: ${says(one)}, confidence ${num(one.confidence, 2)}`;
 }
 
+/** @param {SeenPhoto} one */
 const says = (one) =>
-  ({ found: "found", uncertain: "uncertain", missed: one.status === "ok" ? "not found" : one.status.replaceAll("-", " ") })[
+  ({ found: "found", uncertain: "uncertain", missed: one.status === "ok" ? "not found" : one.status.replaceAll("_", " ") })[
     one.state
   ];
 
 function samples() {
   const shown = seen.map((one, index) => ({ ...one, index })).filter((one) => !isOnly || one.state !== "found");
-  const one = (sample) =>
+  const one = (/** @type {typeof shown[0]} */ sample) =>
     html`<button
       type="button"
       class="sample ${{ uncertain: "warning", missed: "miss" }[sample.state] ?? ""}"
@@ -106,8 +111,8 @@ function samples() {
 }
 
 function facts() {
-  const count = (list, state) => list.filter((one) => one.state === state).length;
-  const found = (list) => list.length - count(list, "missed");
+  const count = (/** @type {SeenPhoto[]} */ list, /** @type {SeenPhoto["state"]} */ state) => list.filter((one) => one.state === state).length;
+  const found = (/** @type {SeenPhoto[]} */ list) => list.length - count(list, "missed");
   put($("#found"), html`${found(seen)} <small>of ${seen.length}</small>`);
   $("#uncertain").textContent = count(seen, "uncertain");
   put($("#before"), html`${found(before)} <small>of ${before.length}, ${count(before, "uncertain")} uncertain</small>`);

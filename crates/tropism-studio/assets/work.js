@@ -5,20 +5,21 @@ import { $, asked, chip, command, get, html, listen, num, put, refuse, session, 
 
 const at = asked.get("at") ?? "";
 
-/** Rows of name, done, of all, and what is counted. @param {any} status @returns {[string, number, number, string][]} */
+/** Rows of name, done, of all, and what is counted. @param {import("./types.d.ts").StatusResults} status @returns {[string, number, number, string][]} */
 function stages(status) {
-  if (status.stages)
+  if ("stages" in status)
     return status.stages.map((stage) => [
       stage.name,
       stage.done,
       stage.total,
       `${stage.unit}${stage.seconds ? `, ${span(stage.seconds)}` : ""}`,
     ]);
-  if (status.scenarios) return status.scenarios.map((scenario) => [scenario.scenario, scenario.controllers_done, scenario.controllers, "controllers"]);
-  if (status.rule)
+  if ("scenarios" in status) return status.scenarios.map((scenario) => [scenario.scenario, scenario.controllers_done, scenario.controllers, "controllers"]);
+  if ("rule" in status)
     return status.is_over ? [] : [["search", status.generation, status.generations, `generations${status.best_fitness === null ? "" : `, best ${num(status.best_fitness)}`}`]];
-  if (status.controllers) return status.controllers.map((one) => [one.name, one.plants, status.plants, "plants"]);
-  return [["units", status.done, status.total, "units"]];
+  if ("optima" in status) return status.controllers.map((one) => [one.name, one.plants, status.plants, "plants"]);
+  // A run and an evolution have pages of their own.
+  return "settings" in status ? [["units", status.done, status.total, "units"]] : [];
 }
 
 /** The name of the work, once it is known. */
@@ -28,10 +29,11 @@ async function read() {
   $("#kind").textContent = kind;
   $("#name").textContent = name;
   document.title = `${name} · tropism studio`;
-  put($("#state"), chip(status.is_over ? "over" : isAtWork ? "live" : "stopped"));
+  const isOver = "is_over" in status ? status.is_over : status.state === "over";
+  put($("#state"), chip(isOver ? "over" : isAtWork ? "live" : "stopped"));
   const rows = stages(status);
   $("#stages-sheet").hidden = rows.length === 0;
-  const row = ([stage, done, total, unit]) =>
+  const row = (/** @type {typeof rows[0]} */ [stage, done, total, unit]) =>
     html`<tr>
       <th scope="row">${stage}</th>
       <td class="n">${done} of ${total}</td>
@@ -56,7 +58,7 @@ async function read() {
   if (named !== name) keep(kind, at, { name });
   named = name;
   $("#compare").href = `compare?${new URLSearchParams({ at })}`;
-  $("#compare").hidden = !status.is_over || kind === "rule";
+  $("#compare").hidden = !isOver || kind === "rule";
   $("#try").href = `draw?${new URLSearchParams({ at, drawing: JSON.stringify(drawing) })}`;
   $("#try").hidden = !drawing;
 }

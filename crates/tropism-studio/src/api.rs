@@ -2,28 +2,30 @@
 
 mod evolutions;
 mod jobs;
+mod route;
 mod runs;
+#[cfg(all(test, feature = "schema"))]
+mod types;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use axum::body::Body;
 use axum::extract::{Query, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Extension, Json, Router, middleware};
-use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 use tropism_lab::stop::StopPlan;
 use tropism_lab::{Monitor, Workflow};
 
+use self::route::{Answer, Done, Routes, Sent};
 use crate::access::{LogInError, Right, Session};
 use crate::error::Refusal;
 use crate::found::{Kind, resolve_kind};
 use crate::gate::gate;
-use crate::items::{Overview, name_of};
+use crate::items::{ItemsNews, Overview, name_of};
 use crate::stream::EventStream;
 use crate::wire::Peer;
 use crate::{Studio, assets, items, metrics, stream};
@@ -44,12 +46,11 @@ const SMALL: usize = 160;
 const SMALL_QUALITY: u8 = 70;
 
 type Shared = State<Arc<Studio>>;
-type Answer = Result<Json<Value>, Refusal>;
 
-/// All routes.
-pub(crate) fn router(studio: Arc<Studio>) -> Router {
+/// All routes, which nothing keeps yet from those who may not ask.
+fn routes() -> Routes {
     let page = |name: &'static str| get(async move |headers: HeaderMap| assets::page(name, &headers));
-    Router::new()
+    Routes::default()
         .route("/", page("index.html"))
         .route("/run", get(runs::run_page))
         .route("/evolution", get(evolutions::evolution_page))
@@ -61,57 +62,62 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/compare", page("compare.html"))
         .route("/login", page("login.html"))
         .route("/assets/{name}", get(assets::asset))
-        .route("/api/session", get(session))
-        .route("/api/login", post(log_in))
-        .route("/api/logout", post(log_out))
+        .typed::<(), About>("Gets", "/api/session", get(session))
+        .typed::<LogIn, Done>("Posts", "/api/login", post(log_in))
+        .typed::<(), Done>("Posts", "/api/logout", post(log_out))
         .route("/api/events", get(folder_events))
         .route("/api/stream", get(many_events))
-        .route("/api/items", get(folder_items))
+        .get("/api/items", folder_items)
         .route("/metrics", get(metrics_text))
-        .route("/api/work", get(jobs::work))
-        .route("/api/run", get(runs::run_about))
+        .get("/api/work", jobs::work)
+        .get("/api/run", runs::run_about)
         .route("/api/run/events", get(runs::run_events))
         .route("/api/run/photo", get(runs::photo))
         .route("/api/run/photographs", get(runs::photographs))
-        .route("/api/run/stem", get(runs::stem))
-        .route("/api/rename", post(jobs::rename))
-        .route("/api/delete", post(jobs::delete))
-        .route("/api/tags", get(jobs::tags).post(jobs::set_tags))
-        .route("/api/run/prediction", get(runs::prediction))
-        .route("/api/run/stop", post(runs::stop))
-        .route("/api/run/safe-state", post(runs::safe_state))
-        .route("/api/run/resume", post(runs::resume))
-        .route("/api/evolution", get(evolutions::evolution_about))
+        .get("/api/run/stem", runs::stem)
+        .post("/api/rename", jobs::rename)
+        .post("/api/delete", jobs::delete)
+        .get("/api/tags", jobs::tags)
+        .post("/api/tags", jobs::set_tags)
+        .get("/api/run/prediction", runs::prediction)
+        .post("/api/run/stop", runs::stop)
+        .post("/api/run/safe-state", runs::safe_state)
+        .post("/api/run/resume", runs::resume)
+        .get("/api/evolution", evolutions::evolution_about)
         .route("/api/evolution/events", get(evolutions::evolution_events))
-        .route("/api/evolution/champion", get(evolutions::champion))
-        .route("/api/evolution/pause", post(evolutions::pause))
-        .route("/api/evolution/resume", post(evolutions::go_on))
-        .route("/api/evolution/extend", post(evolutions::extend))
-        .route("/api/reach", get(evolutions::reach))
-        .route("/api/models", get(evolutions::models))
-        .route("/api/try", get(evolutions::try_out))
-        .route("/api/task", get(evolutions::task_text))
-        .route("/api/draw/evolve", post(evolutions::draw_evolve))
-        .route("/api/draw/save", post(evolutions::draw_save))
-        .route("/api/queue/remove", post(jobs::queue_remove))
-        .route("/api/queue/cancel", post(jobs::queue_cancel))
-        .route("/api/queue/log", get(jobs::queue_log))
-        .route("/api/forms", get(jobs::forms))
-        .route("/api/begin/command", get(jobs::begin_command))
-        .route("/api/begin", post(jobs::begin_work))
-        .route("/api/rigs", get(jobs::rigs))
-        .route("/api/rig", get(jobs::rig_about).post(jobs::rig_wish))
+        .get("/api/evolution/champion", evolutions::champion)
+        .post("/api/evolution/pause", evolutions::pause)
+        .post("/api/evolution/resume", evolutions::go_on)
+        .post("/api/evolution/extend", evolutions::extend)
+        .get("/api/reach", evolutions::reach)
+        .get("/api/models", evolutions::models)
+        .get("/api/try", evolutions::try_out)
+        .get("/api/task", evolutions::task_text)
+        .post("/api/draw/evolve", evolutions::draw_evolve)
+        .post("/api/draw/save", evolutions::draw_save)
+        .post("/api/queue/remove", jobs::queue_remove)
+        .post("/api/queue/cancel", jobs::queue_cancel)
+        .get("/api/queue/log", jobs::queue_log)
+        .get("/api/forms", jobs::forms)
+        .get("/api/begin/command", jobs::begin_command)
+        .post("/api/begin", jobs::begin_work)
+        .get("/api/rigs", jobs::rigs)
+        .get("/api/rig", jobs::rig_about)
+        .post("/api/rig", jobs::rig_wish)
         .route("/api/rig/photo", get(jobs::rig_photo))
-        .route("/api/rig/calibrate", post(jobs::rig_calibrate))
-        .route("/api/run/note", post(runs::note))
+        .post("/api/rig/calibrate", jobs::rig_calibrate)
+        .post("/api/run/note", runs::note)
         .route("/api/file", get(jobs::made_file))
-        .route("/api/compare", get(jobs::compared))
+        .get("/api/compare", jobs::compared)
         .route("/api/compare/file", get(jobs::compared_file))
-        .route("/api/tune", get(jobs::tune_begin))
-        .route("/api/tune/look", get(jobs::tune_look))
-        .route("/api/tune/write", post(jobs::tune_write))
-        .layer(middleware::from_fn_with_state(studio.clone(), gate))
-        .with_state(studio)
+        .get("/api/tune", jobs::tune_begin)
+        .get("/api/tune/look", jobs::tune_look)
+        .post("/api/tune/write", jobs::tune_write)
+}
+
+/// All routes.
+pub(crate) fn router(studio: Arc<Studio>) -> Router {
+    routes().router.layer(middleware::from_fn_with_state(studio.clone(), gate)).with_state(studio)
 }
 
 /// Does what reads the disk or computes, away from the threads that serve.
@@ -139,41 +145,55 @@ fn parsed<T: DeserializeOwned>(json: &str) -> Result<T, Refusal> {
     serde_json::from_str(json).map_err(|error| Refusal::bad(error.to_string()))
 }
 
-/// The JSON of a body of bounded size that comes in bounded time.
-async fn read<T: DeserializeOwned>(body: Body) -> Result<T, Refusal> {
-    let too_large = || {
-        Refusal(
-            StatusCode::PAYLOAD_TOO_LARGE,
-            format!("found a body that is too large, wanted {MAX_BODY} bytes at most"),
-        )
-    };
-    let bytes = tokio::time::timeout(BODY_COMES, axum::body::to_bytes(body, MAX_BODY)).await;
-    let bytes =
-        bytes.map_err(|_| Refusal(StatusCode::REQUEST_TIMEOUT, "the request came too slowly".to_owned()))?;
-    let bytes = bytes.map_err(|_| too_large())?;
-    serde_json::from_slice(&bytes).map_err(|error| Refusal::bad(error.to_string()))
-}
-
 /// What lies at a place below the folder.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct At {
     #[serde(default)]
     at: String,
 }
 
-async fn session(State(studio): Shared, session: Option<Extension<Session>>) -> Json<Value> {
-    let own = session.map(|Extension(session)| {
-        json!({ "csrf": session.csrf, "read_only": studio.read_only || session.right == Right::Look })
+/// The studio, and who asks.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct About {
+    /// `None` for who is not logged in.
+    session: Option<OwnSession>,
+    /// Whether one logs in.
+    asks_for_token: bool,
+    /// The name of the folder.
+    folder: String,
+    version: &'static str,
+    is_demo: bool,
+    is_encrypted: bool,
+    /// Seconds since 1970.
+    now: f64,
+}
+
+/// The session of who asks.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct OwnSession {
+    /// The word that changes carry.
+    csrf: String,
+    /// Whether nothing may be changed.
+    read_only: bool,
+}
+
+async fn session(State(studio): Shared, session: Option<Extension<Session>>) -> Json<About> {
+    let own = session.map(|Extension(session)| OwnSession {
+        csrf: session.csrf,
+        read_only: studio.read_only || session.right == Right::Look,
     });
-    Json(json!({
-        "session": own,
-        "asks_for_token": studio.access.asks_for_token(),
-        "folder": own_name(&studio),
-        "version": env!("CARGO_PKG_VERSION"),
-        "is_demo": studio.is_demo,
-        "is_encrypted": studio.is_encrypted,
-        "now": crate::unix_s(),
-    }))
+    Json(About {
+        session: own,
+        asks_for_token: studio.access.asks_for_token(),
+        folder: own_name(&studio),
+        version: env!("CARGO_PKG_VERSION"),
+        is_demo: studio.is_demo,
+        is_encrypted: studio.is_encrypted,
+        now: crate::unix_s(),
+    })
 }
 
 /// The name of the folder; who is not logged in learns no more than the pages show.
@@ -181,7 +201,9 @@ fn own_name(studio: &Studio) -> String {
     name_of(&studio.root, "")
 }
 
+/// What one logs in with.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct LogIn {
     token: String,
 }
@@ -190,9 +212,8 @@ async fn log_in(
     State(studio): Shared,
     Extension(Peer(from)): Extension<Peer>,
     headers: HeaderMap,
-    body: Body,
+    Sent(LogIn { token }): Sent<LogIn>,
 ) -> Result<Response, Refusal> {
-    let LogIn { token } = read(body).await?;
     // A proxy says so; whoever else does, only keeps a cookie from an address that is not encrypted.
     let is_behind_tls = headers.get("x-forwarded-proto").is_some_and(|proto| proto == "https");
     let secure = if studio.is_encrypted || is_behind_tls { "; Secure" } else { "" };
@@ -202,7 +223,7 @@ async fn log_in(
         Ok(word) => {
             let value = format!("{cookie}={word}; HttpOnly; SameSite=Strict; Path=/; Max-Age=43200{secure}");
             let value = HeaderValue::from_str(&value).map_err(|error| Refusal::bad(error.to_string()))?;
-            Ok(([(header::SET_COOKIE, value)], Json(json!({}))).into_response())
+            Ok(([(header::SET_COOKIE, value)], Json(Done {})).into_response())
         }
         Err(LogInError::Wrong(left)) => {
             let tries = if left == 1 { "1 try is left" } else { &format!("{left} tries are left") };
@@ -223,7 +244,7 @@ async fn log_out(State(studio): Shared, headers: HeaderMap) -> Response {
         studio.access.log_out(cookie);
     }
     // Browsers heed it under TLS and on loopback; photographs ask for their session in any case.
-    ([("clear-site-data", "\"cache\"")], Json(json!({}))).into_response()
+    ([("clear-site-data", "\"cache\"")], Json(Done {})).into_response()
 }
 
 /// Whether the session of a request still lasts.
@@ -318,14 +339,11 @@ async fn many_events(
 }
 
 /// The overview at once, for a page that has none yet.
-async fn folder_items(State(studio): Shared) -> Answer {
-    use stream::Listened;
-
+async fn folder_items(State(studio): Shared) -> Answer<ItemsNews> {
     let state = stream::first(overview(&studio))
         .await
         .ok_or_else(|| Refusal::missing("the folder cannot be read"))?;
-    let data = state.since(None).pop().map(|message| message.data).unwrap_or_default();
-    Ok(Json(serde_json::from_str(&data).unwrap_or_default()))
+    Ok(Json(state.news(0)))
 }
 
 /// Numbers of all runs for Prometheus.
@@ -344,7 +362,16 @@ impl Monitor for Until {
     }
 }
 
-async fn end(studio: &Arc<Studio>, at: String, kind: Kind) -> Answer {
+/// Whether work has ended that was asked to.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct Ended {
+    was_running: bool,
+    /// `false` if it goes on until its step is over.
+    has_ended: bool,
+}
+
+async fn end(studio: &Arc<Studio>, at: String, kind: Kind) -> Answer<Ended> {
     // Not one of the turns: a stop waits for nobody.
     let studio = studio.clone();
     let done = tokio::task::spawn_blocking(move || {
@@ -352,11 +379,9 @@ async fn end(studio: &Arc<Studio>, at: String, kind: Kind) -> Answer {
         // The monitor gives up before the plan does, and says so by another error.
         let plan = StopPlan { folder, wait_min: 1.0 };
         match plan.execute(&Until(Instant::now() + STOP_WAIT)) {
-            Ok(ended) => Ok(Json(json!({ "was_running": ended.was_running, "has_ended": true }))),
+            Ok(ended) => Ok(Json(Ended { was_running: ended.was_running, has_ended: true })),
             // It was asked to.
-            Err(tropism_lab::Error::Cancelled(_)) => {
-                Ok(Json(json!({ "was_running": true, "has_ended": false })))
-            }
+            Err(tropism_lab::Error::Cancelled(_)) => Ok(Json(Ended { was_running: true, has_ended: false })),
             Err(error) => Err(error.into()),
         }
     });

@@ -5,8 +5,7 @@ mod forms;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 use tropism_lab::Workflow;
 use tropism_lab::make_rig::MakeRigPlan;
 
@@ -21,8 +20,45 @@ const MOST_OFFERED: usize = 500;
 /// Bytes of an address at most; chosen, longer than any URL of a device.
 const LONGEST_ADDRESS: usize = 1000;
 
+/// A form of the page.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct ShownForm {
+    /// Also the command.
+    name: &'static str,
+    title: &'static str,
+    says: &'static str,
+    fields: Vec<ShownField>,
+}
+
+/// A field of a form.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct ShownField {
+    name: &'static str,
+    label: &'static str,
+    kind: FieldKind,
+    preset: &'static str,
+    is_needed: bool,
+    /// Values to choose from.
+    offered: Vec<String>,
+}
+
+/// How a field is filled in.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+enum FieldKind {
+    Choice,
+    Number,
+    Flag,
+    Name,
+    /// One of the values that are offered, or another.
+    Place,
+}
+
 /// The forms, with what lies in the folder of the studio to choose from.
-pub(crate) fn forms(studio: &Studio) -> Value {
+pub(crate) fn forms(studio: &Studio) -> Vec<ShownForm> {
     let work = Finder::default().find(&studio.root);
     let places = |kinds: &[Kind]| -> Vec<String> {
         work.iter().filter(|found| kinds.contains(&found.kind)).map(|found| found.at.clone()).collect()
@@ -54,20 +90,20 @@ pub(crate) fn forms(studio: &Studio) -> Value {
         offered.dedup();
         offered.truncate(MOST_OFFERED);
         let kind = match field.input {
-            Input::Work(_) | Input::Word(_) => "choice",
-            Input::Whole(..) => "number",
-            Input::Flag => "flag",
-            Input::Name(_) => "name",
-            Input::File(_) | Input::Folder | Input::Rig | Input::Controller | Input::Address => "place",
+            Input::Work(_) | Input::Word(_) => FieldKind::Choice,
+            Input::Whole(..) => FieldKind::Number,
+            Input::Flag => FieldKind::Flag,
+            Input::Name(_) => FieldKind::Name,
+            Input::File(_) | Input::Folder | Input::Rig | Input::Controller | Input::Address => {
+                FieldKind::Place
+            }
         };
-        json!({
-            "name": field.name, "label": field.label, "kind": kind, "preset": field.preset,
-            "is_needed": field.is_needed, "offered": offered,
-        })
+        let Field { name, label, preset, is_needed, .. } = *field;
+        ShownField { name, label, kind, preset, is_needed, offered }
     };
     let form = |form: &Form| {
-        let fields: Vec<Value> = form.fields.iter().map(field).collect();
-        json!({ "name": form.name, "title": form.title, "says": form.says, "fields": fields })
+        let Form { name, title, says, fields } = *form;
+        ShownForm { name, title, says, fields: fields.iter().map(field).collect() }
     };
     FORMS.iter().map(form).collect()
 }
@@ -97,6 +133,7 @@ pub(crate) fn files_below(root: &Path) -> Vec<String> {
 
 /// A form that was filled in.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct Filled {
     form: String,
     /// Values by the names of fields; what is left out or empty is not given.
@@ -267,11 +304,19 @@ fn is_periodic(value: &str) -> bool {
     })
 }
 
+/// The command of a form as a person types it, and the place of what it makes.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct Preview {
+    command: String,
+    at: String,
+}
+
 /// The command of a form as a person types it.
-pub(crate) fn preview(studio: &Studio, filled: &Filled) -> Result<Value, Refusal> {
+pub(crate) fn preview(studio: &Studio, filled: &Filled) -> Result<Preview, Refusal> {
     let Begun { words, at, .. } = filled.command(studio)?;
     if let Some(plan) = filled.rig(studio.root.join(&at)) {
         plan.check()?;
     }
-    Ok(json!({ "command": jobs::line(&words), "at": at }))
+    Ok(Preview { command: jobs::line(&words), at })
 }

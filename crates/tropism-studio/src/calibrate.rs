@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 use tropism::geometry::Pixel;
 use tropism::vision::Calibration;
 use tropism_lab::calibrate_camera::{CalibrateCameraPlan, Mark, ScaleSource};
@@ -18,6 +17,7 @@ use crate::found::resolve;
 
 /// What was clicked in a photograph that was taken by hand.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct Clicked {
     /// The rig whose camera took it.
     rig: String,
@@ -34,8 +34,21 @@ pub(crate) struct Clicked {
     write: bool,
 }
 
+/// A calibration by clicks.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct Calibrated {
+    /// `[calibration]` of a rig file.
+    table: String,
+    px_per_cm: f64,
+    /// Whether the rig file has it now.
+    is_written: bool,
+    /// The commands that do the same.
+    commands: [String; 2],
+}
+
 /// The calibration as a table of a rig file, by the workflow of `tropism calibrate-camera`; into the rig file if that is asked.
-pub(crate) fn calibrate(studio: &Studio, clicked: &Clicked) -> Result<Value, Refusal> {
+pub(crate) fn calibrate(studio: &Studio, clicked: &Clicked) -> Result<Calibrated, Refusal> {
     let Clicked { rig, number, ends, length_cm, base, write } = clicked;
     let photograph = studio.scratch.join("calibration.jpg");
     files::write(&photograph, &studio.devices.photograph(*number)?)?;
@@ -59,10 +72,12 @@ pub(crate) fn calibrate(studio: &Studio, clicked: &Clicked) -> Result<Value, Ref
         // What is open has the calibration of before.
         studio.devices.close();
     }
-    Ok(json!({
-        "table": table, "px_per_cm": calibration.px_per_cm, "is_written": write,
-        "commands": [format!("tropism photo {} --out photo.jpg", shell_word(Path::new(rig))), command],
-    }))
+    Ok(Calibrated {
+        table,
+        px_per_cm: calibration.px_per_cm,
+        is_written: *write,
+        commands: [format!("tropism photo {} --out photo.jpg", shell_word(Path::new(rig))), command],
+    })
 }
 
 /// `[calibration]` of a rig file.

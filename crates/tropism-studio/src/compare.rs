@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
+use serde::Serialize;
 use tropism::track::Track;
-use tropism_lab::report::{ReportPlan, ReportResults};
+use tropism_lab::report::{ReportComparison, ReportPlan, ReportResults};
 use tropism_lab::{RunConfig, Silent, Workflow, files};
-use tropism_report::{Figure, Plants};
+use tropism_report::{Figure, LeftOut, Plants};
 
 use crate::error::Refusal;
 use crate::{Studio, found, jobs};
@@ -23,8 +23,31 @@ fn folder_of(studio: &Studio, at: &[String]) -> PathBuf {
     studio.scratch.join(format!("compare-{}", &name[..24]))
 }
 
+/// A comparison as the page shows it.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct Compared {
+    comparisons: Vec<ReportComparison>,
+    /// Figures for which there are no data.
+    left_out: Vec<LeftOut>,
+    figures: Vec<ComparedFigure>,
+    /// Names of all files of figures.
+    files: Vec<String>,
+    /// The command that does the same.
+    command: String,
+}
+
+/// A figure of a comparison.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct ComparedFigure {
+    /// The name of its files, without their endings.
+    name: String,
+    title: String,
+}
+
 /// Compares what lies `at` below the folder of the studio.
-pub(crate) fn compare(studio: &Studio, at: &[String]) -> Result<Value, Refusal> {
+pub(crate) fn compare(studio: &Studio, at: &[String]) -> Result<Compared, Refusal> {
     if at.is_empty() || at.len() > MOST {
         return Err(Refusal::bad(format!("found {} folders, wanted 1 to {MOST}", at.len())));
     }
@@ -41,7 +64,7 @@ pub(crate) fn compare(studio: &Studio, at: &[String]) -> Result<Value, Refusal> 
         }
     }
     let names = names_in(&folder.join("figures"));
-    let mut figures: Vec<Value> = Vec::new();
+    let mut figures: Vec<ComparedFigure> = Vec::new();
     for (number, title) in &titles {
         let own = |name: &&String| {
             let (base, ending) = name.rsplit_once('.').unwrap_or((name.as_str(), ""));
@@ -54,22 +77,19 @@ pub(crate) fn compare(studio: &Studio, at: &[String]) -> Result<Value, Refusal> 
                 _ => false,
             }
         };
-        figures.extend(names.iter().filter(own).map(
-            |name| json!({ "name": name.rsplit_once('.').map_or(&**name, |(base, _)| base), "title": title }),
-        ));
+        let base = |name: &String| name.rsplit_once('.').map_or(&**name, |(base, _)| base).to_owned();
+        let figure = |name| ComparedFigure { name: base(name), title: title.clone() };
+        figures.extend(names.iter().filter(own).map(figure));
     }
     // What compares comes before what each has alone; the set-up is the same for all, and comes last.
     if at.len() > 1 {
-        figures.sort_by_key(|figure| rank(figure["name"].as_str().unwrap_or_default()));
+        figures.sort_by_key(|figure| rank(&figure.name));
     }
     figures.truncate(FIGURES);
     let mut words: Vec<String> = vec!["report".to_owned()];
     words.extend(at.iter().map(|at| if at.is_empty() { ".".to_owned() } else { at.clone() }));
     words.extend(["--out", "compare.html", "--figures", "figures"].map(str::to_owned));
-    Ok(json!({
-        "comparisons": comparisons, "left_out": left_out, "figures": figures, "files": names_in(&folder.join("figures")),
-        "command": jobs::line(&words),
-    }))
+    Ok(Compared { comparisons, left_out, figures, files: names, command: jobs::line(&words) })
 }
 
 /// The place of a figure among those of a comparison. Those of the paper have numbers, the set-up the first.

@@ -9,11 +9,10 @@ use std::sync::{Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 use tropism::vision::VisionConfig;
 use tropism_bean::tent::Greenhouse;
-use tropism_lab::by_hand::{MAX_LIT_S, RigByHand, Taken, time_by_hand};
+use tropism_lab::by_hand::{MAX_LIT_S, RigByHand, Seen, Taken, time_by_hand};
 use tropism_lab::run::read_rig;
 use tropism_lab::safe_state::SafeStatePlan;
 use tropism_lab::{RunConfig, Silent, Workflow, files, holder};
@@ -52,7 +51,32 @@ enum Ask {
 }
 
 /// What the rig answers: its state, and a photograph.
-type Answer = Result<(Value, Option<Vec<u8>>), String>;
+type Answer = Result<(RigState, Option<Taken>), String>;
+
+/// What is lit in a rig by hand.
+#[derive(Default, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct RigState {
+    /// A lamp, or `flash`.
+    lit: Option<String>,
+    /// Seconds until it goes off.
+    left_s: Option<f64>,
+    /// A lamp that did not obey.
+    problem: Option<String>,
+    /// The photograph that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    photo: Option<PhotoByHand>,
+}
+
+/// A photograph that was taken by hand.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct PhotoByHand {
+    /// By which it is asked for.
+    number: u64,
+    /// What is seen in it; `None` as long as the rig file has no calibration.
+    seen: Option<Seen>,
+}
 
 /// The open rig.
 struct Session {
@@ -72,7 +96,13 @@ pub(crate) struct Devices {
 impl Devices {
     /// Asks the rig `at`, which is opened if it is not open; the one that was open before is closed. `None` if it does not
     /// answer in time.
-    fn ask(&self, studio: &Studio, at: &str, ask: Ask, patience: Duration) -> Result<Option<Value>, Refusal> {
+    fn ask(
+        &self,
+        studio: &Studio,
+        at: &str,
+        ask: Ask,
+        patience: Duration,
+    ) -> Result<Option<RigState>, Refusal> {
         let (answer, heard) = mpsc::channel();
         {
             let mut session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
@@ -92,10 +122,10 @@ impl Devices {
         }
         match heard.recv_timeout(patience) {
             Ok(Ok((mut state, photo))) => {
-                if let Some(photo) = photo {
+                if let Some(Taken { photo, seen }) = photo {
                     let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
-                    *latest = (latest.0 + 1, photo);
-                    state["photo"]["number"] = latest.0.into();
+                    *latest = (latest.0 + 1, photo.bytes);
+                    state.photo = Some(PhotoByHand { number: latest.0, seen });
                 }
                 Ok(Some(state))
             }
@@ -184,16 +214,10 @@ fn serve(mut rig: RigByHand, asks: &Receiver<(Ask, Sender<Answer>)>) {
         };
         used = Instant::now();
         let answered = act(&mut rig, ask, &mut lit).map(|photo| {
-            let bytes = photo.as_ref().map(|taken| taken.photo.bytes.clone());
-            let left =
+            let left_s =
                 lit.as_ref().map(|lit| lit.until.saturating_duration_since(Instant::now()).as_secs_f64());
-            let mut state = json!({
-                "lit": lit.as_ref().map(|lit| &lit.name), "left_s": left, "problem": problem.take(),
-            });
-            if let Some(taken) = photo {
-                state["photo"] = json!({ "seen": taken.seen });
-            }
-            (state, bytes)
+            let lit = lit.as_ref().map(|lit| lit.name.clone());
+            (RigState { lit, left_s, problem: problem.take(), photo: None }, photo)
         });
         let _ = answer.send(answered);
     }
@@ -261,8 +285,16 @@ fn refuse_of_run(studio: &Studio, rig: &RigFile) -> Result<(), Refusal> {
     Ok(())
 }
 
+/// Rig files in the folder, and the word for the virtual tent.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct Rigs {
+    rigs: Vec<String>,
+    tent: &'static str,
+}
+
 /// Rig files in the folder, and the virtual tent.
-pub(crate) fn rigs(studio: &Studio) -> Value {
+pub(crate) fn rigs(studio: &Studio) -> Rigs {
     let is_rig = |at: &String| {
         let text = files::read_text(&studio.root.join(at)).unwrap_or_default();
         let begins = |line: &str| line.starts_with("[camera]") || line.starts_with("[greenhouse");
@@ -270,31 +302,43 @@ pub(crate) fn rigs(studio: &Studio) -> Value {
     };
     let files = files_below(&studio.root).into_iter().filter(|at| at.ends_with(".toml"));
     let of_work = |at: &String| Kind::is_named_by(at.rsplit_once('/').map_or(&**at, |(_, name)| name));
-    let rigs: Vec<String> = files.filter(|at| !of_work(at) && is_rig(at)).collect();
-    json!({ "rigs": rigs, "tent": TENT })
+    Rigs { rigs: files.filter(|at| !of_work(at) && is_rig(at)).collect(), tent: TENT }
 }
 
 /// What a rig has, and what is lit in it by hand.
-pub(crate) fn about(studio: &Studio, at: &str) -> Result<Value, Refusal> {
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct AboutRig {
+    lamps: Vec<String>,
+    has_flash: bool,
+    is_virtual: bool,
+    /// Columns and rows of a photograph, if the rig has a calibration.
+    size: Option<[usize; 2]>,
+    /// Seconds for which something is lit, at most.
+    max_s: f64,
+    state: RigState,
+}
+
+/// What a rig has, and what is lit in it by hand.
+pub(crate) fn about(studio: &Studio, at: &str) -> Result<AboutRig, Refusal> {
     let (_, file) = rig(studio, at)?;
     let layout = file.layout().map_err(|error| Refusal::bad(error.to_string()))?;
-    let lamps: Vec<&str> = layout.lamps().iter().map(|lamp| &*lamp.name).collect();
     let size = file.calibration().map(|calibration| [calibration.width, calibration.height]);
     let state =
         if studio.devices.has(at) { studio.devices.ask(studio, at, Ask::State, PATIENCE)? } else { None };
-    Ok(json!({
-        "lamps": lamps, "has_flash": file.is_virtual() || file.flash.is_some(), "is_virtual": file.is_virtual(),
-        "size": size, "max_s": MAX_LIT_S, "state": state.unwrap_or_else(nothing_lit),
-    }))
-}
-
-/// The state of a rig in which nothing is lit by hand.
-fn nothing_lit() -> Value {
-    json!({ "lit": null, "left_s": null, "problem": null })
+    Ok(AboutRig {
+        lamps: layout.lamps().iter().map(|lamp| lamp.name.clone()).collect(),
+        has_flash: file.is_virtual() || file.flash.is_some(),
+        is_virtual: file.is_virtual(),
+        size,
+        max_s: MAX_LIT_S,
+        state: state.unwrap_or_default(),
+    })
 }
 
 /// What a page wants of a rig.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "do", rename_all = "lowercase")]
 pub(crate) enum Wish {
     /// Lights a lamp, or the flash, for some seconds.
@@ -306,7 +350,7 @@ pub(crate) enum Wish {
 }
 
 /// Does what a page wishes: the state of the rig after it.
-pub(crate) fn grant(studio: &Studio, wish: Wish) -> Result<Value, Refusal> {
+pub(crate) fn grant(studio: &Studio, wish: Wish) -> Result<RigState, Refusal> {
     /// A camera may take its time, and try again.
     const ANSWERS: Duration = Duration::from_secs(120);
     let (rig, ask) = match wish {
@@ -319,17 +363,17 @@ pub(crate) fn grant(studio: &Studio, wish: Wish) -> Result<Value, Refusal> {
 }
 
 /// Puts all light off; without the open rig where it does not answer.
-fn dark(studio: &Studio, at: &str) -> Result<Value, Refusal> {
+fn dark(studio: &Studio, at: &str) -> Result<RigState, Refusal> {
     if let Some(state) = studio.devices.ask(studio, at, Ask::Dark, PATIENCE)? {
         return Ok(state);
     }
     let (rig, file) = rig(studio, at)?;
     if file.is_virtual() {
-        return Ok(nothing_lit());
+        return Ok(RigState::default());
     }
     let devices = SafeStatePlan { rig, dark: true }.execute(&Silent)?.devices;
     match devices.into_iter().find(|device| !device.is_off) {
-        None => Ok(nothing_lit()),
+        None => Ok(RigState::default()),
         Some(lit) => {
             let problem = crate::words::clean(&lit.problem.unwrap_or_default());
             Err(Refusal::bad(format!("Not off: {}: {problem}", lit.device)))

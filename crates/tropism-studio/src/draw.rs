@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 use tropism::control::Controller;
 use tropism::lamps::Layout;
 use tropism::simulation::ModelKind;
@@ -12,7 +11,7 @@ use tropism_bean::{Reach, Species};
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::files;
 use tropism_page::{
-    self as page, Drawing, MODELS, MOST_STEPS, Method, commands, model_of, rule_file, schedule_of,
+    self as page, Drawing, MODELS, MOST_STEPS, Method, TriedBean, commands, model_of, rule_file, schedule_of,
 };
 
 use crate::error::Refusal;
@@ -23,6 +22,7 @@ pub(crate) const MOST_GENERATIONS: u32 = 100_000;
 
 /// What virtual common beans reach, as the page shows it.
 #[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct ToldReach {
     is_virtual: bool,
     #[serde(flatten)]
@@ -35,6 +35,7 @@ pub(crate) fn reach() -> ToldReach {
 
 /// Who steers a bean that is tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Who {
     Champion,
@@ -44,6 +45,7 @@ pub(crate) enum Who {
 
 /// A bean to try a controller on.
 #[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TryPlan {
     pub(crate) who: Who,
@@ -65,7 +67,7 @@ pub(crate) struct TryPlan {
 }
 
 /// Grows the bean.
-pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal> {
+pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<TriedBean, Refusal> {
     let task = Drawing::read(&plan.drawing)?.task()?;
     let layout = Layout::default();
     let mut controller: Box<dyn Controller> = match plan.who {
@@ -93,6 +95,7 @@ pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal>
 
 /// An evolution, or a search for a rule, that a page asks for.
 #[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EvolveRequest {
     pub(crate) name: String,
@@ -130,8 +133,22 @@ pub(crate) fn check_name(name: &str) -> Result<(), Refusal> {
     Err(Refusal::bad(format!("found the name {name:?}, wanted letters, digits, - and _, 60 at most")))
 }
 
+/// An evolution or a search that waits in the queue.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct Evolving {
+    /// Number of its job.
+    job: u64,
+    /// Where it will lie.
+    at: String,
+    /// Text of its task file.
+    task: String,
+    /// The commands that do the same.
+    commands: Vec<String>,
+}
+
 /// Puts an evolution or a search for a drawing into the queue: its place, and the commands that do the same.
-pub(crate) fn evolve(studio: &Studio, request: &EvolveRequest) -> Result<Value, Refusal> {
+pub(crate) fn evolve(studio: &Studio, request: &EvolveRequest) -> Result<Evolving, Refusal> {
     let EvolveRequest { name, drawing, method, runs, generations, seed, model } = request;
     let saved = save(studio, name, drawing, false)?;
     if !(1..=1000).contains(runs) || !(1..=MOST_GENERATIONS).contains(generations) {
@@ -169,13 +186,29 @@ pub(crate) fn evolve(studio: &Studio, request: &EvolveRequest) -> Result<Value, 
     last.extend(words(&format!("--task {name}.toml --out {at} {more}")));
     commands.push(last);
     let lines: Vec<String> = commands.iter().map(|words| jobs::line(words)).collect();
-    let number = studio.queue.add(&at, commands).map_err(|error| Refusal::bad(error.to_string()))?;
-    Ok(json!({ "job": number, "at": at, "task": saved["task"], "commands": lines }))
+    let job = studio.queue.add(&at, commands).map_err(|error| Refusal::bad(error.to_string()))?;
+    Ok(Evolving { job, at, task: saved.task, commands: lines })
+}
+
+/// A task file that was written.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct SavedTask {
+    /// Its text.
+    task: String,
+    file: String,
+    /// Commands that use it.
+    commands: Vec<String>,
 }
 
 /// Writes the task file of a drawing: its text, and the commands that use it. Another task of this name is an error, or makes
 /// room if it is to be replaced.
-pub(crate) fn save(studio: &Studio, name: &str, drawing: &Drawing, replace: bool) -> Result<Value, Refusal> {
+pub(crate) fn save(
+    studio: &Studio,
+    name: &str,
+    drawing: &Drawing,
+    replace: bool,
+) -> Result<SavedTask, Refusal> {
     check_name(name)?;
     let text = drawing.to_toml()?;
     let path = studio.root.join(format!("{name}.toml"));
@@ -186,8 +219,7 @@ pub(crate) fn save(studio: &Studio, name: &str, drawing: &Drawing, replace: bool
         Ok(found) if found == text => {}
         _ => files::write(&path, text.as_bytes())?,
     }
-    let commands = commands(name, drawing);
-    Ok(json!({ "task": text, "file": format!("{name}.toml"), "commands": commands }))
+    Ok(SavedTask { task: text, file: format!("{name}.toml"), commands: commands(name, drawing) })
 }
 
 /// Whether the file of a model is of one of the whole stem.

@@ -78,8 +78,15 @@ impl From<tropism_lab::files::FileError> for Refusal {
     }
 }
 
+/// What a page is sent in place of an answer.
+#[derive(serde::Serialize)]
+struct Problem {
+    /// A sentence for people.
+    error: String,
+}
+
 impl IntoResponse for Refusal {
     fn into_response(self) -> Response {
-        (self.0, axum::Json(serde_json::json!({ "error": self.1 }))).into_response()
+        (self.0, axum::Json(Problem { error: self.1 })).into_response()
     }
 }

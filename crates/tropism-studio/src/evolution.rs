@@ -4,15 +4,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
+use tropism::obstacle::Obstacle;
 use tropism_lab::controller::ControllerSpec;
-use tropism_lab::evolve::{EvolutionRecord, EvolveResults};
+use tropism_lab::evolve::{EvolutionRecord, EvolutionRunSummary, EvolveResults};
 use tropism_lab::{files, holder, simulate};
-use tropism_page::{self as page, Drawing, ShownGeneration, curves};
+use tropism_page::{self as page, Curves, Drawing, ShownChampion, ShownGeneration, curves};
 use tropism_report::Plants;
 
 use crate::error::Refusal;
+use crate::items::WorkState;
 use crate::stream::{Listened, Message};
 
 /// How often an evolution is looked at.
@@ -36,6 +37,58 @@ impl Listened for EvolutionView {
         }
         vec![Message { id: id_now, event: "evolution", data: self.data.clone() }]
     }
+}
+
+/// What a page that watches an evolution is sent.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct EvolutionNews {
+    #[serde(flatten)]
+    curves: Curves,
+    state: WorkState,
+    /// Number of the process that works on it.
+    process: Option<u32>,
+    /// Generations of each run.
+    generations: usize,
+    /// Generations of all runs.
+    total: usize,
+    /// Evaluations a second.
+    rate: Option<f64>,
+    /// Seconds until it is over.
+    left_s: Option<f64>,
+    /// Once it is over.
+    results: Option<ShownResults>,
+    /// Seconds since 1970.
+    now: f64,
+}
+
+/// The runs of an evolution that is over.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct ShownResults {
+    /// The run whose champion is to be used on plants.
+    champion: usize,
+    runs: Vec<ShownRun>,
+    seconds: f64,
+}
+
+/// A run of an evolution, as its champion was judged; fitness in the unit of the task.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct ShownRun {
+    run: usize,
+    /// Fitness when it was evaluated.
+    best: f64,
+    /// Mean fitness on unseen plants of the model.
+    mean: f64,
+    /// Expected fitness on an unseen plant.
+    expected: Option<f64>,
+    /// Standard deviation of it.
+    sd: Option<f64>,
+    /// Number of links.
+    links: usize,
+    /// Why nothing is expected.
+    withheld: Option<String>,
 }
 
 /// The history of one run, as its checkpoint had it.
@@ -116,7 +169,7 @@ impl EvolutionReader {
             self.runs.iter().filter_map(|run| run.history.last()).map(|last| last.evaluations).sum();
         self.measure(evaluations, at_work.is_some());
         let version = before.map_or(1, |before| before.version + 1);
-        let data = self.data(&record, at_work, is_over).to_string();
+        let data = serde_json::to_string(&self.news(&record, at_work, is_over)).ok()?;
         Some(EvolutionView { version, data })
     }
 
@@ -134,69 +187,108 @@ impl EvolutionReader {
         };
     }
 
-    fn data(&self, record: &EvolutionRecord, holder: Option<u32>, is_over: bool) -> Value {
+    fn news(&self, record: &EvolutionRecord, holder: Option<u32>, is_over: bool) -> EvolutionNews {
         let histories: Vec<&[ShownGeneration]> = self.runs.iter().map(|run| run.history.as_slice()).collect();
-        let mut data = curves(&histories);
         let generations = record.evolution.generations as usize;
         let total = generations * self.runs.len();
         let done: usize = self.runs.iter().map(|run| run.history.len()).sum();
         let population =
             record.evolution.neat.population as f64 * f64::from(record.evolution.episodes.max(1));
         let rate = self.rate.map(|(.., rate)| rate).filter(|rate| *rate > 0.0 && !is_over);
-        let own = json!({
-            "state": if is_over { "over" } else if holder.is_some() { "live" } else { "stopped" },
-            "process": holder,
-            "generations": generations,
-            "total": total,
-            "rate": rate.map(f64::round),
-            "left_s": rate.map(|rate| ((total - done.min(total)) as f64 * population / rate).round()),
-            "results": results(&self.folder).filter(|_| is_over),
-            "now": crate::unix_s(),
-        });
-        data.extend(own.as_object().cloned().unwrap_or_default());
-        Value::Object(data)
+        EvolutionNews {
+            curves: curves(&histories),
+            state: WorkState::of(holder, is_over),
+            process: holder,
+            generations,
+            total,
+            rate: rate.map(f64::round),
+            left_s: rate.map(|rate| ((total - done.min(total)) as f64 * population / rate).round()),
+            results: results(&self.folder).filter(|_| is_over),
+            now: crate::unix_s(),
+        }
     }
 }
 
 /// The runs as their champions were judged, the one to use on plants first.
-fn results(folder: &Path) -> Option<Value> {
+fn results(folder: &Path) -> Option<ShownResults> {
     let results: EvolveResults =
         files::read_as(&folder.join("summary.json"), |text| serde_json::from_str(text)).ok()?;
-    let row = |(number, run): (usize, &tropism_lab::evolve::EvolutionRunSummary)| {
-        json!({
-            "run": number, "best": run.best_fitness, "mean": run.trial.mean, "expected": run.expected().map(|trial| trial.mean),
-            "sd": run.expected().map(|trial| trial.sd), "links": run.links, "withheld": run.withheld,
-        })
+    let row = |(number, run): (usize, &EvolutionRunSummary)| ShownRun {
+        run: number,
+        best: run.best_fitness,
+        mean: run.trial.mean,
+        expected: run.expected().map(|trial| trial.mean),
+        sd: run.expected().map(|trial| trial.sd),
+        links: run.links,
+        withheld: run.withheld.clone(),
     };
-    let runs: Vec<Value> = results.runs.iter().enumerate().map(row).collect();
-    Some(json!({ "champion": results.champion, "runs": runs, "seconds": results.wall_seconds }))
+    let runs = results.runs.iter().enumerate().map(row).collect();
+    Some(ShownResults { champion: results.champion, runs, seconds: results.wall_seconds })
 }
 
-/// What does not change in the evolution in `folder`.
-pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
+/// What does not change in an evolution.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct AboutEvolution {
+    name: String,
+    is_virtual: bool,
+    seed: u64,
+    runs: u32,
+    /// Generations of each run.
+    generations: u32,
+    population: usize,
+    /// What the task is, in words.
+    task: String,
+    /// In cm.
+    targets: Vec<[f64; 2]>,
+    obstacles: Vec<Obstacle>,
+    drawing: Drawing,
+    /// The best fitness that there can be.
+    best: Option<f64>,
+    /// Unit of the fitness.
+    unit: &'static str,
+    /// Whether there is a model to simulate plants with.
+    has_model: bool,
+    commands: EvolutionCommands,
+}
+
+/// What a person types to do with an evolution what the page does.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct EvolutionCommands {
+    status: String,
+    stop: String,
+    resume: String,
+    extend: String,
+    run: String,
+}
+
+/// What does not change in the evolution `name` in `folder`, which lies `at` below the folder of the studio.
+pub(crate) fn about(folder: &Path, at: &str, name: String) -> Result<AboutEvolution, Refusal> {
     let record = EvolutionRecord::read(folder)?;
     let word = files::shell_word(Path::new(if at.is_empty() { "." } else { at }));
-    Ok(json!({
-        "is_virtual": record.is_virtual,
-        "seed": record.seed,
-        "runs": record.evolution.runs,
-        "generations": record.evolution.generations,
-        "population": record.evolution.neat.population,
-        "task": record.task.title(),
-        "targets": record.task.targets.iter().map(|&target| <[f64; 2]>::from(target)).collect::<Vec<_>>(),
-        "obstacles": record.task.obstacles,
-        "drawing": Drawing::of(&record.task),
-        "best": record.task.best_fitness(),
-        "unit": record.task.kind.unit(),
-        "has_model": folder.join("model.json").exists(),
-        "commands": {
-            "status": format!("tropism status {word}"),
-            "stop": format!("tropism stop {word}"),
-            "resume": format!("tropism evolve --out {word} --resume"),
-            "extend": format!("tropism evolve --out {word} --resume --generations N"),
-            "run": format!("tropism run --rig greenhouse --controller {word}/champion.json --out steered"),
+    Ok(AboutEvolution {
+        name,
+        is_virtual: record.is_virtual,
+        seed: record.seed,
+        runs: record.evolution.runs,
+        generations: record.evolution.generations,
+        population: record.evolution.neat.population,
+        task: record.task.title(),
+        targets: record.task.targets.iter().map(|&target| target.into()).collect(),
+        drawing: Drawing::of(&record.task),
+        best: record.task.best_fitness(),
+        unit: record.task.kind.unit(),
+        obstacles: record.task.obstacles,
+        has_model: folder.join("model.json").exists(),
+        commands: EvolutionCommands {
+            status: format!("tropism status {word}"),
+            stop: format!("tropism stop {word}"),
+            resume: format!("tropism evolve --out {word} --resume"),
+            extend: format!("tropism evolve --out {word} --resume --generations N"),
+            run: format!("tropism run --rig greenhouse --controller {word}/champion.json --out steered"),
         },
-    }))
+    })
 }
 
 /// A champion: its file if it is chosen, or the best so far of run `index`.
@@ -223,7 +315,7 @@ pub(crate) fn controller(folder: &Path, index: Option<u32>) -> Result<Controller
 }
 
 /// The network of a champion, its decisions, and its paths on simulated plants.
-pub(crate) fn champion(folder: &Path, index: Option<u32>) -> Result<Value, Refusal> {
+pub(crate) fn champion(folder: &Path, index: Option<u32>) -> Result<ShownChampion, Refusal> {
     let record = EvolutionRecord::read(folder)?;
     let controller = controller(folder, index)?;
     let genome = controller.champion().map(|champion| champion.genome.clone());

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
+use serde::Serialize;
 use tropism_lab::{files, holder, tags};
 
 use crate::error::Refusal;
@@ -34,23 +34,37 @@ fn moved(from: &Path, to: &Path) -> Result<(), Refusal> {
     Ok(())
 }
 
+/// The tags of a piece of work.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct Tags {
+    tags: Vec<String>,
+}
+
 /// The tags of the work at `at`.
-pub(crate) fn tags(studio: &Studio, at: &str) -> Result<Value, Refusal> {
-    Ok(json!({ "tags": tags::read(&resolve_work(&studio.root, at)?) }))
+pub(crate) fn tags(studio: &Studio, at: &str) -> Result<Tags, Refusal> {
+    Ok(Tags { tags: tags::read(&resolve_work(&studio.root, at)?) })
 }
 
 /// Gives the work at `at` these tags in place of those that it has.
-pub(crate) fn set_tags(studio: &Studio, at: &str, tags: &[String]) -> Result<Value, Refusal> {
+pub(crate) fn set_tags(studio: &Studio, at: &str, tags: &[String]) -> Result<Tags, Refusal> {
     let path = resolve_work(&studio.root, at)?;
     if Kind::of(&path).is_none() {
         return Err(Refusal::missing(format!("found no work at {at:?}")));
     }
     tags::write(&path, tags)?;
-    Ok(json!({ "tags": tags::read(&path) }))
+    Ok(Tags { tags: tags::read(&path) })
+}
+
+/// Where renamed work lies.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct Renamed {
+    at: String,
 }
 
 /// Gives the work at `at` the name `name`, beside where it lies: its new place.
-pub(crate) fn rename(studio: &Studio, at: &str, name: &str) -> Result<Value, Refusal> {
+pub(crate) fn rename(studio: &Studio, at: &str, name: &str) -> Result<Renamed, Refusal> {
     draw::check_name(name)?;
     let path = idle(studio, at)?;
     let name = if path.is_file() { format!("{name}.json") } else { name.to_owned() };
@@ -63,11 +77,18 @@ pub(crate) fn rename(studio: &Studio, at: &str, name: &str) -> Result<Value, Ref
         return Err(Refusal::bad(format!("{to} is there already; choose another name")));
     }
     moved(&path, &target)?;
-    Ok(json!({ "at": to }))
+    Ok(Renamed { at: to })
+}
+
+/// Where deleted work is kept.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct Deleted {
+    kept: String,
 }
 
 /// Puts the work at `at` away, if `again` names it, too: where it lies then.
-pub(crate) fn delete(studio: &Studio, at: &str, again: &str) -> Result<Value, Refusal> {
+pub(crate) fn delete(studio: &Studio, at: &str, again: &str) -> Result<Deleted, Refusal> {
     let path = idle(studio, at)?;
     if again != at {
         return Err(Refusal::bad(format!("found the name {again:?}, wanted {at:?}")));
@@ -77,5 +98,5 @@ pub(crate) fn delete(studio: &Studio, at: &str, again: &str) -> Result<Value, Re
     // To the millisecond: the same name may be deleted again and again.
     let name = format!("{}-{}", at.replace('/', "-"), (1000.0 * crate::unix_s()) as u64);
     moved(&path, &folder.join(&name))?;
-    Ok(json!({ "kept": format!("{}/{DELETED}/{name}", crate::OWN) }))
+    Ok(Deleted { kept: format!("{}/{DELETED}/{name}", crate::OWN) })
 }

@@ -7,13 +7,14 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
-use serde_json::{Value, json};
+use serde::Serialize;
 use tropism_lab::status::{self, StatusResults};
 use tropism_lab::{RunConfig, holder};
 
 use self::item::Item;
-pub(crate) use self::item::{Sample, is_at_work, name_of, state_word};
+pub(crate) use self::item::{Sample, WorkState, is_at_work, name_of};
 use crate::found::{Finder, Found, Kind, search_of};
+use crate::jobs::ShownJob;
 use crate::stream::{Listened, Message};
 use crate::tail::{SHOWN_DIGITS, Tail};
 use crate::unix_of;
@@ -38,7 +39,22 @@ pub(crate) struct Overview {
     gone: Vec<(u64, String)>,
     /// Who has an older version gets all anew.
     gone_since: u64,
-    queue: (u64, Value),
+    queue: (u64, Vec<ShownJob>),
+}
+
+/// What changed in the overview.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct ItemsNews {
+    /// Whether this is all work.
+    all: bool,
+    items: Vec<Item>,
+    /// Places of work that is gone.
+    gone: Vec<String>,
+    /// The queue, if it changed.
+    queue: Option<Vec<ShownJob>>,
+    /// Seconds since 1970.
+    now: f64,
 }
 
 /// Makes overviews, and reads again only what changed.
@@ -142,7 +158,7 @@ impl Stamp {
 
 impl Reader {
     /// The overview of `root`; `None` if nothing changed and there was one `before`.
-    pub(crate) fn read(&mut self, root: &Path, has_one: bool, queue: Value) -> Option<Overview> {
+    pub(crate) fn read(&mut self, root: &Path, has_one: bool, queue: Vec<ShownJob>) -> Option<Overview> {
         let latest = self.latest.take();
         let fresh = self.fresh(root, latest.as_ref(), queue);
         let is_changed = fresh.is_some();
@@ -150,7 +166,7 @@ impl Reader {
         self.latest.clone().filter(|_| is_changed || !has_one)
     }
 
-    fn fresh(&mut self, root: &Path, before: Option<&Overview>, queue: Value) -> Option<Overview> {
+    fn fresh(&mut self, root: &Path, before: Option<&Overview>, queue: Vec<ShownJob>) -> Option<Overview> {
         let version = before.map_or(0, |before| before.version) + 1;
         let epoch = before.map_or_else(|| crate::unix_s() as u64, |before| before.epoch);
         let (mut items, mut is_changed) = (BTreeMap::new(), before.is_none());
@@ -221,6 +237,19 @@ impl Overview {
         let runs = self.items.iter().filter(|(_, (_, item))| item.kind == Some(Kind::Run));
         runs.map(|(at, (_, item))| (at.as_str(), item.samples()))
     }
+
+    /// What changed since version `from`; 0 for all.
+    pub(crate) fn news(&self, from: u64) -> ItemsNews {
+        let items = self.items.values().filter(|(version, _)| *version > from);
+        let gone = self.gone.iter().filter(|(version, _)| *version > from);
+        ItemsNews {
+            all: from == 0,
+            items: items.map(|(_, item)| Item::clone(item)).collect(),
+            gone: gone.map(|(_, at)| at.clone()).collect(),
+            queue: (self.queue.0 > from).then(|| self.queue.1.clone()),
+            now: crate::unix_s(),
+        }
+    }
 }
 
 impl Listened for Overview {
@@ -235,19 +264,13 @@ impl Listened for Overview {
         if from >= self.version {
             return Vec::new();
         }
-        let items: Vec<&Item> =
-            self.items.values().filter(|(version, _)| *version > from).map(|(_, item)| &**item).collect();
-        let gone: Vec<&String> =
-            self.gone.iter().filter(|(version, _)| *version > from).map(|(_, at)| at).collect();
-        let queue = (self.queue.0 > from).then_some(&self.queue.1);
-        let data =
-            json!({ "all": from == 0, "items": items, "gone": gone, "queue": queue, "now": crate::unix_s() });
-        vec![Message::new(format!("{}.{}", self.epoch, self.version), "items", &data)]
+        vec![Message::new(format!("{}.{}", self.epoch, self.version), "items", &self.news(from))]
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
     use tropism_lab::{RunPlan, Silent, Workflow};
 
     use super::*;
@@ -267,16 +290,16 @@ mod tests {
         config.task.max_steps = 15;
         RunPlan { out: folder.clone(), config, ..RunPlan::default() }.execute(&Silent).unwrap();
         let mut reader = Reader::default();
-        let by_end = reader.read(root.path(), false, json!([])).unwrap();
+        let by_end = reader.read(root.path(), false, Vec::new()).unwrap();
         // What is read is not changed by that.
         let stamp = || Stamp::of(&Finder::default().find(root.path())[0]);
         let before = stamp();
         assert!(Tail::end_of(&folder).is_some_and(|tail| tail.steps.len() < 15 && !tail.events.is_empty()));
         assert!(stamp() == before);
-        assert!(reader.read(root.path(), true, json!([])).is_none());
+        assert!(reader.read(root.path(), true, Vec::new()).is_none());
         // Without its journal all of it is read from the mirror.
         std::fs::remove_file(folder.join("journal.sqlite")).unwrap();
-        let whole = Reader::default().read(root.path(), false, json!([])).unwrap();
+        let whole = Reader::default().read(root.path(), false, Vec::new()).unwrap();
         let row = |overview: &Overview| json!(*overview.items["bean"].1);
         assert_eq!(row(&by_end), row(&whole));
         assert_eq!((&row(&whole)["state"], &row(&whole)["done"]), (&json!("over"), &json!(15)));

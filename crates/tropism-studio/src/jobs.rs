@@ -13,14 +13,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use tropism_lab::files;
 use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::stop::StopPlan;
 use tropism_lab::{Silent, Workflow, holder};
 
-pub(crate) use self::job::line;
 use self::job::{Job, JobState, goes_on, is_made};
+pub(crate) use self::job::{ShownJob, line};
 pub(crate) use self::process::{ask_to_end, last_words, spawn, wait_for_end};
 use crate::error::StudioError;
 use crate::found::search_of;
@@ -190,13 +189,8 @@ impl Queue {
     }
 
     /// The queue for pages.
-    pub(crate) fn to_json(&self) -> Value {
-        let row = |job: &Job| {
-            serde_json::json!({
-                "number": job.number, "at": job.at, "state": job.state, "problem": job.problem, "commands": job.lines(),
-            })
-        };
-        self.inner().saved.jobs.iter().map(row).collect()
+    pub(crate) fn shown(&self) -> Vec<ShownJob> {
+        self.inner().saved.jobs.iter().map(ShownJob::from).collect()
     }
 
     /// Looks after the running job, and begins the next one. To be called often.

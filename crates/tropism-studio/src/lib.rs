@@ -114,7 +114,7 @@ impl Studio {
     /// The overview; `None` if nothing changed for a page that has one.
     fn overview(&self, has_one: bool) -> Option<items::Overview> {
         let mut reader = self.reader.lock().unwrap_or_else(PoisonError::into_inner);
-        reader.read(&self.root, has_one, self.queue.to_json())
+        reader.read(&self.root, has_one, self.queue.shown())
     }
 }
 

@@ -1,5 +1,6 @@
 //! A run, live: its steps and events as they are recorded, read from the journal without disturbing it.
 
+mod about;
 mod told;
 mod prediction;
 
@@ -7,13 +8,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use serde_json::json;
+use serde::Serialize;
 use tropism_lab::run::speed_of;
 use tropism_lab::{RunConfig, holder, status};
 
-pub(crate) use self::prediction::{Predictions, prediction, reason_not_to_predict};
-pub(crate) use self::told::{about, stem};
-use self::told::{event_row, row, status_json};
+pub(crate) use self::about::{AboutRun, about};
+pub(crate) use self::prediction::{Prediction, Predictions, prediction, reason_not_to_predict};
+use self::told::{Gone, Row, RunNow, ShownEvent, event_row, row, status_of};
+pub(crate) use self::told::{StemSeen, stem};
 use crate::stream::{Listened, Message};
 use crate::tail::Tail;
 use crate::unix_of;
@@ -51,13 +53,27 @@ impl Identity {
 /// A run at a time.
 pub(crate) struct RunView {
     version: u64,
-    /// One row of JSON a step; the last one may still change.
-    rows: Vec<Arc<str>>,
+    /// One a step; the last one may still change.
+    rows: Vec<Arc<Row>>,
     /// Rows that do not change any more.
     settled: usize,
-    events: Vec<Arc<str>>,
-    /// JSON.
-    status: String,
+    events: Vec<Arc<ShownEvent>>,
+    status: RunNow,
+}
+
+/// What a page that watches a run is sent.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct RunNews<'a> {
+    /// Number of the first of these rows.
+    from: usize,
+    rows: Vec<&'a Row>,
+    /// Number of the first of these events.
+    events_from: usize,
+    events: Vec<&'a ShownEvent>,
+    status: &'a RunNow,
+    /// Seconds since 1970.
+    now: f64,
 }
 
 impl Listened for RunView {
@@ -75,24 +91,16 @@ impl Listened for RunView {
             }
         }
         let id = format!("{}.{}.{}", self.settled, self.events.len(), self.version);
-        let data = format!(
-            "{{\"from\":{rows},\"rows\":[{}],\"events_from\":{events},\"events\":[{}],\"status\":{},\"now\":{}}}",
-            joined(&self.rows[rows..]),
-            joined(&self.events[events..]),
-            self.status,
-            crate::unix_s()
-        );
-        vec![Message { id, event: "run", data }]
+        let news = RunNews {
+            from: rows,
+            rows: self.rows[rows..].iter().map(|row| &**row).collect(),
+            events_from: events,
+            events: self.events[events..].iter().map(|event| &**event).collect(),
+            status: &self.status,
+            now: crate::unix_s(),
+        };
+        vec![Message::new(id, "run", &news)]
     }
-}
-
-fn joined(texts: &[Arc<str>]) -> String {
-    let mut all = String::with_capacity(texts.iter().map(|text| text.len() + 1).sum());
-    for (place, text) in texts.iter().enumerate() {
-        all += if place > 0 { "," } else { "" };
-        all += text;
-    }
-    all
 }
 
 /// Reads a run again and again.
@@ -177,29 +185,26 @@ impl RunReader {
             Some(last) if last.decided.is_none() || !last.is_confirmed => steps.len() - 1,
             _ => steps.len(),
         };
-        // What is as it was has its text already.
-        let known = |before: &[Arc<str>], count: usize| before[..count.min(before.len())].to_vec();
+        // What is as it was is taken over.
         let mut rows = before.map(|before| known(&before.rows, same)).unwrap_or_default();
-        rows.extend(
-            steps[rows.len()..]
-                .iter()
-                .map(|step| row(step, &layout, calibration.as_ref()).to_string().into()),
-        );
+        rows.extend(steps[rows.len()..].iter().map(|step| row(step, &layout, calibration.as_ref()).into()));
         let same_events = if same > 0 { events_before } else { 0 };
-        let mut printed = before.map(|before| known(&before.events, same_events)).unwrap_or_default();
-        printed.extend(events[printed.len()..].iter().map(|event| event_row(event).to_string().into()));
+        let mut shown = before.map(|before| known(&before.events, same_events)).unwrap_or_default();
+        shown.extend(events[shown.len()..].iter().map(|event| event_row(event).into()));
+        let identity = self.identity.map(Identity::word);
         Some(RunView {
             version: before.map_or(1, |before| before.version + 1),
             rows,
             settled,
-            events: printed,
-            status: {
-                let mut sent = status_json(folder, config, steps, &status);
-                sent["identity"] = self.identity.map(Identity::word).into();
-                sent.to_string()
-            },
+            events: shown,
+            status: RunNow::Here(Box::new(status_of(folder, config, steps, &status, identity))),
         })
     }
+}
+
+/// The first `count` of what was known before.
+fn known<T>(before: &[Arc<T>], count: usize) -> Vec<Arc<T>> {
+    before[..count.min(before.len())].to_vec()
 }
 
 /// A run whose folder was deleted or renamed while pages looked at it, after `before`.
@@ -210,7 +215,7 @@ fn gone(before: Option<&Arc<RunView>>) -> Option<RunView> {
         rows: before.rows.clone(),
         settled: before.settled,
         events: before.events.clone(),
-        status: json!({ "state": "gone" }).to_string(),
+        status: RunNow::Gone { state: Gone::Gone },
     })
 }
 
@@ -233,18 +238,19 @@ pub(crate) fn latest_photo(folder: &Path) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::Value;
+    use serde_json::{Value, json};
+    use tropism::rig::{Event, EventKind};
 
     use super::*;
 
     fn view_of(rows: usize, settled: usize, version: u64) -> RunView {
-        let row = |number: usize| format!("[{number}]").into();
+        let event = Event { step: 0, kind: EventKind::Started, text: String::new(), at: None };
         RunView {
             version,
-            rows: (0..rows).map(row).collect(),
+            rows: vec![Arc::default(); rows],
             settled,
-            events: vec!["{}".into()],
-            status: "{}".to_owned(),
+            events: vec![Arc::new(event_row(&event))],
+            status: RunNow::Gone { state: Gone::Gone },
         }
     }
 

@@ -51,11 +51,16 @@ impl Message {
         match key {
             None => format!("id: {id}\nevent: {event}\ndata: {data}\n\n").into(),
             Some(key) => {
-                let (key, id) = (serde_json::json!(key), serde_json::json!(id));
+                let [key, id] = [key, id].map(quoted);
                 format!("event: {event}\ndata: {{\"key\":{key},\"id\":{id},\"data\":{data}}}\n\n").into()
             }
         }
     }
+}
+
+/// A text as JSON.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
 }
 
 /// A state that pages listen to.
@@ -141,8 +146,9 @@ impl EventStream {
 
     /// Tells that the state `key` cannot be listened to.
     pub(crate) fn refuse(&self, key: &str, Refusal(_, problem): &Refusal) {
-        let data = serde_json::json!({ "key": key, "error": problem });
-        let (sender, text) = (self.sender.clone(), format!("event: refused\ndata: {data}\n\n"));
+        let [key, problem] = [key, problem].map(quoted);
+        let text = format!("event: refused\ndata: {{\"key\":{key},\"error\":{problem}}}\n\n");
+        let sender = self.sender.clone();
         tokio::spawn(async move { send(&sender, Some(text.into())).await });
     }
 }

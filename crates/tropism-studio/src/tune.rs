@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 use tropism::geometry::{Pixel, Point, Region};
-use tropism::vision::{Calibration, Mode, TipTracker, VisionConfig};
+use tropism::vision::{Calibration, FrameStatus, Mode, TipTracker, TrackedFrame, VisionConfig};
 use tropism_lab::RunConfig;
 use tropism_lab::files::{self, shell_word};
 
@@ -21,8 +20,9 @@ const DOUBTFUL: f64 = 0.5;
 
 /// The settings that the page changes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Settings {
+pub(crate) struct TuneSettings {
     mode: Mode,
     /// Column, row, columns and rows; the whole picture if it is left out.
     roi: Option<[usize; 4]>,
@@ -35,16 +35,84 @@ pub(crate) struct Settings {
 
 /// What a page asks for.
 #[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TuneRequest {
     pub(crate) at: String,
-    pub(crate) settings: Settings,
+    pub(crate) settings: TuneSettings,
     /// Names of the photographs to look at; taken evenly from all by default.
     #[serde(default)]
     photographs: Vec<String>,
     /// Name of the file that is written, without its ending.
     #[serde(default)]
     pub(crate) name: String,
+}
+
+/// Photographs, the settings of vision that they have, and what these see in some of them.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct TuneBegin {
+    settings: TuneSettings,
+    /// Columns of a photograph.
+    width: usize,
+    /// Rows of a photograph.
+    height: usize,
+    /// How many photographs there are.
+    photographs: usize,
+    is_virtual: bool,
+    seen: Vec<SeenPhoto>,
+}
+
+/// What other settings see in the same photographs.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct TuneLook {
+    seen: Vec<SeenPhoto>,
+    text: TuneText,
+}
+
+/// What settings see in a photograph.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct SeenPhoto {
+    /// Its name.
+    photo: String,
+    state: SeenState,
+    status: FrameStatus,
+    /// 0 to 1.
+    confidence: f64,
+    /// The tip, in pixels.
+    tip: Option<[f64; 2]>,
+    /// The tip, in cm.
+    cm: Option<[f64; 2]>,
+    /// Points of the stem, in pixels.
+    stem: Option<Vec<[f64; 2]>>,
+}
+
+/// Whether a plant is seen in a photograph.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+enum SeenState {
+    Missed,
+    Uncertain,
+    Found,
+}
+
+/// Settings as the text of a file, and the command that tracks with them.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct TuneText {
+    toml: String,
+    command: String,
+}
+
+/// The file that settings were written into.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct TuneFile {
+    file: String,
+    text: TuneText,
 }
 
 /// Photographs of a run or a folder, with their settings.
@@ -104,9 +172,9 @@ impl Source {
         (0..wanted).map(|place| &self.photographs[place * (count - 1) / (wanted - 1).max(1)]).collect()
     }
 
-    fn settings(&self) -> Settings {
+    fn settings(&self) -> TuneSettings {
         let VisionConfig { mode, contrast, threshold, crop, .. } = self.vision;
-        Settings {
+        TuneSettings {
             mode,
             roi: crop.map(|crop| [crop.x, crop.y, crop.width, crop.height]),
             base: [self.calibration.base.x, self.calibration.base.y],
@@ -116,8 +184,8 @@ impl Source {
         }
     }
 
-    fn with(&self, settings: &Settings) -> (Calibration, VisionConfig) {
-        let Settings { mode, roi, base, px_per_cm, contrast, threshold } = *settings;
+    fn with(&self, settings: &TuneSettings) -> (Calibration, VisionConfig) {
+        let TuneSettings { mode, roi, base, px_per_cm, contrast, threshold } = *settings;
         let crop = roi.map(|[x, y, width, height]| Region { x, y, width, height });
         let calibration = Calibration { base: Pixel::new(base[0], base[1]), px_per_cm, ..self.calibration };
         (calibration, VisionConfig { mode, crop, contrast, threshold, ..self.vision.clone() })
@@ -125,25 +193,27 @@ impl Source {
 }
 
 /// The settings of the photographs that lie `at`, and what they see.
-pub(crate) fn begin(root: &Path, at: &str) -> Result<Value, Refusal> {
+pub(crate) fn begin(root: &Path, at: &str) -> Result<TuneBegin, Refusal> {
     let source = source(root, at)?;
     let settings = source.settings();
-    Ok(json!({
-        "settings": settings, "width": source.calibration.width, "height": source.calibration.height,
-        "photographs": source.photographs.len(), "is_virtual": source.is_virtual,
-        "seen": seen(&source, &settings, &[])?,
-    }))
+    Ok(TuneBegin {
+        seen: seen(&source, &settings, &[])?,
+        settings,
+        width: source.calibration.width,
+        height: source.calibration.height,
+        photographs: source.photographs.len(),
+        is_virtual: source.is_virtual,
+    })
 }
 
 /// What other settings see in the same photographs.
-pub(crate) fn look(root: &Path, request: &TuneRequest) -> Result<Value, Refusal> {
+pub(crate) fn look(root: &Path, request: &TuneRequest) -> Result<TuneLook, Refusal> {
     let source = source(root, &request.at)?;
-    Ok(
-        json!({ "seen": seen(&source, &request.settings, &request.photographs)?, "text": text(&source, &request.settings)? }),
-    )
+    let seen = seen(&source, &request.settings, &request.photographs)?;
+    Ok(TuneLook { seen, text: text(&source, &request.settings)? })
 }
 
-fn seen(source: &Source, settings: &Settings, names: &[String]) -> Result<Vec<Value>, Refusal> {
+fn seen(source: &Source, settings: &TuneSettings, names: &[String]) -> Result<Vec<SeenPhoto>, Refusal> {
     let (calibration, vision) = source.with(settings);
     let tracker = TipTracker::new(calibration, vision).map_err(|error| Refusal::bad(error.to_string()))?;
     let one = |path: &&PathBuf| {
@@ -166,16 +236,14 @@ fn seen(source: &Source, settings: &Settings, names: &[String]) -> Result<Vec<Va
             stem.iter().step_by(every).map(pair).collect::<Vec<_>>()
         });
         let state = if !is_found {
-            "missed"
+            SeenState::Missed
         } else if may_be_hidden || frame.confidence < DOUBTFUL {
-            "uncertain"
+            SeenState::Uncertain
         } else {
-            "found"
+            SeenState::Found
         };
-        Ok(json!({
-            "photo": name, "state": state, "status": frame.status.name(), "confidence": frame.confidence,
-            "tip": tip, "cm": cm, "stem": stem,
-        }))
+        let TrackedFrame { status, confidence, .. } = frame;
+        Ok(SeenPhoto { photo: name, state, status, confidence, tip, cm, stem })
     };
     // One core stays free for other requests.
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
@@ -185,7 +253,7 @@ fn seen(source: &Source, settings: &Settings, names: &[String]) -> Result<Vec<Va
 }
 
 /// The text of the file of the settings, and the command that tracks with them.
-fn text(source: &Source, settings: &Settings) -> Result<Value, Refusal> {
+fn text(source: &Source, settings: &TuneSettings) -> Result<TuneText, Refusal> {
     #[derive(Serialize)]
     struct Rig<'a> {
         calibration: &'a Calibration,
@@ -202,11 +270,11 @@ fn text(source: &Source, settings: &Settings) -> Result<Value, Refusal> {
         "tropism track {photographs}{roi} --scale {} --base {x},{y} --out track.csv",
         settings.px_per_cm
     );
-    Ok(json!({ "toml": toml.map_err(|error| Refusal::bad(error.to_string()))?, "command": command }))
+    Ok(TuneText { toml: toml.map_err(|error| Refusal::bad(error.to_string()))?, command })
 }
 
 /// Writes the settings into a new file in the folder of the studio.
-pub(crate) fn write(studio: &Studio, request: &TuneRequest) -> Result<Value, Refusal> {
+pub(crate) fn write(studio: &Studio, request: &TuneRequest) -> Result<TuneFile, Refusal> {
     draw::check_name(&request.name)?;
     let source = source(&studio.root, &request.at)?;
     let text = text(&source, &request.settings)?;
@@ -215,6 +283,6 @@ pub(crate) fn write(studio: &Studio, request: &TuneRequest) -> Result<Value, Ref
     if path.exists() {
         return Err(Refusal::bad(format!("{file}: a file of this name is here already: choose a new name")));
     }
-    files::write(&path, text["toml"].as_str().unwrap_or_default().as_bytes())?;
-    Ok(json!({ "file": file, "text": text }))
+    files::write(&path, text.toml.as_bytes())?;
+    Ok(TuneFile { file, text })
 }

@@ -1,6 +1,6 @@
 //! The paper's figures of what the page has grown, fitted and evolved.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 use tropism::simulation::AnyModel;
 use tropism::task::Task;
 use tropism::track::Track;
@@ -11,7 +11,7 @@ use crate::SessionError;
 use crate::evolution::simulate;
 
 fn answer(figures: Vec<Figure>) -> Value {
-    figures.into_iter().filter_map(figure).collect::<Vec<_>>().into()
+    json!(figures.into_iter().filter_map(figure).collect::<Vec<_>>())
 }
 
 /// Figures 4a, 4b and 5a to 5d of the beans' tracks.

@@ -123,7 +123,7 @@ impl Session {
                     By::Lights(letters) => letters.len() as u32,
                     By::Greedy | By::File(_) => MOST_STEPS,
                 };
-                page::try_out(&task, by.controller(&task)?.as_mut(), seed, steps, from)
+                json!(page::try_out(&task, by.controller(&task)?.as_mut(), seed, steps, from))
             }
             Question::Fit { kind, model, beans } => self.fit(kind, &model, beans)?,
             Question::Model { file } => {
@@ -145,7 +145,7 @@ impl Session {
             Question::Choose { trials } => json!({ "run": Choice::of(trials).run }),
             Question::Curves { runs } => {
                 let runs: Vec<&[ShownGeneration]> = runs.iter().map(Vec::as_slice).collect();
-                Value::Object(curves(&runs))
+                json!(curves(&runs))
             }
             Question::Champion { champion, seed } => self.champion(&champion, seed)?,
             Question::Unseen { drawing, by, seeds } => unseen(&drawing, &by, &seeds)?,
@@ -232,7 +232,7 @@ impl Session {
         let model = self.model()?;
         let track = |episode| simulate(&champion, model, &task, seed, episode);
         let tracks = (0..PLANTS).map(track).collect::<Result<Vec<_>, _>>()?;
-        Ok(page::champion(&champion.genome, &task, &tracks, Plants::ModelOfVirtual))
+        Ok(json!(page::champion(&champion.genome, &task, &tracks, Plants::ModelOfVirtual)))
     }
 }
 

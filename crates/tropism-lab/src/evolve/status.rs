@@ -10,6 +10,7 @@ use crate::{Error, files, holder};
 
 /// What an evolution does now.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct EvolutionStatus {
     /// Folder of the evolution.
     pub evolution: PathBuf,
@@ -31,6 +32,7 @@ pub struct EvolutionStatus {
 
 /// How far one run of an evolution is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RunProgress {
     /// Generations that are done.
     pub generation: u32,

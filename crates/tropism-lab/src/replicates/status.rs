@@ -10,6 +10,7 @@ use crate::{Error, holder};
 
 /// What a comparison of methods does now.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReplicatesStatus {
     /// Folder of the comparison.
     pub replicates: PathBuf,
@@ -23,6 +24,7 @@ pub struct ReplicatesStatus {
 
 /// How far a scenario of a comparison of methods is.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ScenarioStatus {
     /// Its name.
     pub scenario: String,

@@ -59,6 +59,7 @@ pub struct ReportResults {
 
 /// Things of one kind, compared pair by pair.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReportComparison {
     /// What is compared.
     pub title: String,

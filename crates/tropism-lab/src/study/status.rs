@@ -12,6 +12,7 @@ use crate::{Error, holder};
 
 /// What a study does now.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StudyStatus {
     /// Folder of the study.
     pub study: PathBuf,
@@ -27,6 +28,7 @@ pub struct StudyStatus {
 
 /// How far a stage of a study is.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StageStatus {
     /// Name of the stage.
     pub name: &'static str,

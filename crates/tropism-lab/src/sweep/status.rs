@@ -11,6 +11,7 @@ use crate::{Error, holder};
 
 /// What a sweep does now.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SweepStatus {
     /// Folder of the sweep.
     pub sweep: PathBuf,

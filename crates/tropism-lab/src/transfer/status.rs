@@ -9,6 +9,7 @@ use crate::{Error, holder};
 
 /// What a comparison of controllers does now.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TransferStatus {
     /// Folder of the comparison.
     pub transfer: PathBuf,
@@ -26,6 +27,7 @@ pub struct TransferStatus {
 
 /// How far a controller of a comparison is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SteeredPlants {
     /// Its name.
     pub name: String,

@@ -12,6 +12,7 @@ use crate::files::{self, FileError};
 
 /// What a search for a rule does now.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TuneStatus {
     /// File of the rule.
     pub rule: PathBuf,

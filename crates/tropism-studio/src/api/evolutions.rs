@@ -3,33 +3,32 @@
 use std::sync::Arc;
 
 use axum::Json;
-use axum::body::Body;
 use axum::extract::{Query, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
-use serde::Deserialize;
-use serde_json::json;
+use serde::{Deserialize, Serialize};
 use tropism_lab::evolve::EvolutionRecord;
 use tropism_lab::holder;
-use tropism_page::Drawing;
+use tropism_page::{Drawing, ShownChampion, TriedBean};
 
-use super::{Answer, At, Shared, end, last_id, open_stream, read, work_on};
+use super::{Answer, At, Ended, Sent, Shared, end, last_id, open_stream, work_on};
 use crate::error::Refusal;
+use crate::evolution::AboutEvolution;
 use crate::found::{Kind, resolve_kind};
 use crate::items::name_of;
 use crate::{Studio, assets, draw, evolution, stream};
 
-pub(super) async fn pause(State(studio): Shared, body: Body) -> Answer {
-    let At { at } = read(body).await?;
+pub(super) async fn pause(State(studio): Shared, Sent(At { at }): Sent<At>) -> Answer<Ended> {
     end(&studio, at, Kind::Evolution).await
 }
 
-pub(super) async fn evolution_about(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
+pub(super) async fn evolution_about(
+    State(studio): Shared,
+    Query(At { at }): Query<At>,
+) -> Answer<AboutEvolution> {
     work_on(&studio, move |studio| {
         let folder = resolve_kind(&studio.root, &at, Kind::Evolution)?;
-        let mut about = evolution::about(&folder, &at)?;
-        about["name"] = name_of(&studio.root, &at).into();
-        Ok(Json(about))
+        Ok(Json(evolution::about(&folder, &at, name_of(&studio.root, &at))?))
     })
     .await
 }
@@ -64,14 +63,19 @@ pub(super) async fn evolution_events(
     Ok(response)
 }
 
+/// A run of an evolution; the champion of all by default.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(super) struct RunAt {
     #[serde(default)]
     at: String,
     run: Option<u32>,
 }
 
-pub(super) async fn champion(State(studio): Shared, Query(RunAt { at, run }): Query<RunAt>) -> Answer {
+pub(super) async fn champion(
+    State(studio): Shared,
+    Query(RunAt { at, run }): Query<RunAt>,
+) -> Answer<ShownChampion> {
     work_on(&studio, move |studio| {
         let folder = resolve_kind(&studio.root, &at, Kind::Evolution)?;
         Ok(Json(evolution::champion(&folder, run)?))
@@ -79,26 +83,36 @@ pub(super) async fn champion(State(studio): Shared, Query(RunAt { at, run }): Qu
     .await
 }
 
-pub(super) async fn go_on(State(studio): Shared, body: Body) -> Answer {
-    let At { at } = read(body).await?;
+pub(super) async fn go_on(State(studio): Shared, Sent(At { at }): Sent<At>) -> Answer<Queued> {
     evolve_on(&studio, at, None).await
 }
 
 /// An evolution and the generations that it is to have.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(super) struct Extend {
     #[serde(default)]
     at: String,
     generations: u32,
 }
 
-pub(super) async fn extend(State(studio): Shared, body: Body) -> Answer {
-    let Extend { at, generations } = read(body).await?;
+pub(super) async fn extend(
+    State(studio): Shared,
+    Sent(Extend { at, generations }): Sent<Extend>,
+) -> Answer<Queued> {
     evolve_on(&studio, at, Some(generations)).await
 }
 
+/// Work that waits in the queue.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(super) struct Queued {
+    /// Number of its job.
+    job: u64,
+}
+
 /// Puts the rest of an evolution into the queue.
-pub(super) async fn evolve_on(studio: &Arc<Studio>, at: String, generations: Option<u32>) -> Answer {
+pub(super) async fn evolve_on(studio: &Arc<Studio>, at: String, generations: Option<u32>) -> Answer<Queued> {
     work_on(studio, move |studio| {
         let folder = resolve_kind(&studio.root, &at, Kind::Evolution)?;
         if holder(&folder)?.is_some() || studio.queue.has(&at) {
@@ -117,42 +131,62 @@ pub(super) async fn evolve_on(studio: &Arc<Studio>, at: String, generations: Opt
             }
             words.extend(["--generations".to_owned(), generations.to_string()]);
         }
-        let added = studio.queue.add(&at, vec![words]);
-        Ok(Json(json!({ "job": added.map_err(|error| Refusal::bad(error.to_string()))? })))
+        let job = studio.queue.add(&at, vec![words]).map_err(|error| Refusal::bad(error.to_string()))?;
+        Ok(Json(Queued { job }))
     })
     .await
 }
 
-pub(super) async fn reach(State(studio): Shared) -> Answer {
-    work_on(&studio, |_| Ok(Json(json!(draw::reach())))).await
+pub(super) async fn reach(State(studio): Shared) -> Answer<draw::ToldReach> {
+    work_on(&studio, |_| Ok(Json(draw::reach()))).await
 }
 
-pub(super) async fn models(State(studio): Shared) -> Answer {
-    work_on(&studio, |studio| Ok(Json(json!({ "models": draw::models(&studio.root) })))).await
+/// Files of models in the folder.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(super) struct Models {
+    models: Vec<String>,
 }
 
-pub(super) async fn try_out(State(studio): Shared, Query(plan): Query<draw::TryPlan>) -> Answer {
+pub(super) async fn models(State(studio): Shared) -> Answer<Models> {
+    work_on(&studio, |studio| Ok(Json(Models { models: draw::models(&studio.root) }))).await
+}
+
+pub(super) async fn try_out(State(studio): Shared, Query(plan): Query<draw::TryPlan>) -> Answer<TriedBean> {
     work_on(&studio, move |studio| Ok(Json(draw::try_out(studio, &plan)?))).await
 }
 
+/// A drawing in an address.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(super) struct Drawn {
     /// JSON of a [`Drawing`].
     drawing: String,
 }
 
 /// The task file of a drawing, and the best fitness that there can be.
-pub(super) async fn task_text(Query(Drawn { drawing }): Query<Drawn>) -> Answer {
-    let drawing = Drawing::read(&drawing)?;
-    Ok(Json(json!({ "task": drawing.to_toml()?, "best": drawing.best()? })))
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(super) struct DrawnTask {
+    task: String,
+    best: Option<f64>,
 }
 
-pub(super) async fn draw_evolve(State(studio): Shared, body: Body) -> Answer {
-    let request: draw::EvolveRequest = read(body).await?;
+pub(super) async fn task_text(Query(Drawn { drawing }): Query<Drawn>) -> Answer<DrawnTask> {
+    let drawing = Drawing::read(&drawing)?;
+    Ok(Json(DrawnTask { task: drawing.to_toml()?, best: drawing.best()? }))
+}
+
+pub(super) async fn draw_evolve(
+    State(studio): Shared,
+    Sent(request): Sent<draw::EvolveRequest>,
+) -> Answer<draw::Evolving> {
     work_on(&studio, move |studio| Ok(Json(draw::evolve(studio, &request)?))).await
 }
 
+/// A drawing that is to be a task file.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(super) struct Save {
     name: String,
     drawing: Drawing,
@@ -161,7 +195,9 @@ pub(super) struct Save {
     replace: bool,
 }
 
-pub(super) async fn draw_save(State(studio): Shared, body: Body) -> Answer {
-    let Save { name, drawing, replace } = read(body).await?;
+pub(super) async fn draw_save(
+    State(studio): Shared,
+    Sent(Save { name, drawing, replace }): Sent<Save>,
+) -> Answer<draw::SavedTask> {
     work_on(&studio, move |studio| Ok(Json(draw::save(studio, &name, &drawing, replace)?))).await
 }

@@ -4,32 +4,31 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use axum::Json;
-use axum::body::Body;
 use axum::extract::{Query, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 use tropism::geometry::Region;
 use tropism::photo::{Image, LazyImage, Photo, PhotoError, jpeg};
 use tropism_lab::note::NotePlan;
-use tropism_lab::safe_state::SafeStatePlan;
+use tropism_lab::safe_state::{SafeStatePlan, SafeStateResults};
 use tropism_lab::{RunConfig, Silent, Workflow, files, holder};
 
-use super::{Answer, At, SMALL, SMALL_QUALITY, Shared, end, last_id, open_stream, read, work_on};
+use super::{
+    Answer, At, Done, Ended, SMALL, SMALL_QUALITY, Sent, Shared, end, last_id, open_stream, work_on,
+};
 use crate::error::Refusal;
 use crate::found::{Kind, resolve, resolve_kind};
 use crate::gate::form_encoded;
 use crate::items::name_of;
+use crate::run::Prediction;
 use crate::tail::SHOWN_DIGITS;
 use crate::{Studio, assets, draw, run, stream, zip};
 
-pub(super) async fn run_about(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
+pub(super) async fn run_about(State(studio): Shared, Query(At { at }): Query<At>) -> Answer<run::AboutRun> {
     work_on(&studio, move |studio| {
         let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
-        let mut about = run::about(&folder, &at)?;
-        about["name"] = name_of(&studio.root, &at).into();
-        Ok(Json(about))
+        Ok(Json(run::about(&folder, &at, name_of(&studio.root, &at))?))
     })
     .await
 }
@@ -190,14 +189,19 @@ pub(super) async fn photographs(
     .await
 }
 
+/// A step of a run.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(super) struct StepAt {
     #[serde(default)]
     at: String,
     step: u32,
 }
 
-pub(super) async fn stem(State(studio): Shared, Query(StepAt { at, step }): Query<StepAt>) -> Answer {
+pub(super) async fn stem(
+    State(studio): Shared,
+    Query(StepAt { at, step }): Query<StepAt>,
+) -> Answer<run::StemSeen> {
     work_on(&studio, move |studio| {
         let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
         Ok(Json(run::stem(&folder, step)?))
@@ -206,7 +210,7 @@ pub(super) async fn stem(State(studio): Shared, Query(StepAt { at, step }): Quer
 }
 
 /// What is expected of a run, on the model that its controller was made for.
-pub(super) async fn prediction(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
+pub(super) async fn prediction(State(studio): Shared, Query(At { at }): Query<At>) -> Answer<Prediction> {
     work_on(&studio, move |studio| {
         let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
         Ok(Json(studio.predictions.of(&at, || predicted(studio, &folder))?))
@@ -214,7 +218,7 @@ pub(super) async fn prediction(State(studio): Shared, Query(At { at }): Query<At
     .await
 }
 
-pub(super) fn predicted(studio: &Studio, folder: &Path) -> Result<Value, Refusal> {
+pub(super) fn predicted(studio: &Studio, folder: &Path) -> Result<Prediction, Refusal> {
     let config = RunConfig::follow(folder)?;
     if let Some(reason) = run::reason_not_to_predict(&config) {
         return Err(Refusal::missing(reason));
@@ -238,35 +242,32 @@ pub(super) fn predicted(studio: &Studio, folder: &Path) -> Result<Value, Refusal
             "the model of its controller knows the tip alone, and this task is about the stem",
         ));
     }
-    let mut printed = run::prediction(folder, &config, model)?;
-    printed["model"] = model.strip_prefix(&studio.root).unwrap_or(model).display().to_string().into();
-    Ok(printed)
+    let shown = model.strip_prefix(&studio.root).unwrap_or(model).display().to_string();
+    let mut prediction = run::prediction(folder, &config, model)?;
+    prediction.model = shown;
+    Ok(prediction)
 }
 
-pub(super) async fn stop(State(studio): Shared, body: Body) -> Answer {
-    let At { at } = read(body).await?;
+pub(super) async fn stop(State(studio): Shared, Sent(At { at }): Sent<At>) -> Answer<Ended> {
     end(&studio, at, Kind::Run).await
 }
 
-pub(super) async fn safe_state(State(studio): Shared, body: Body) -> Answer {
-    let At { at } = read(body).await?;
+pub(super) async fn safe_state(State(studio): Shared, Sent(At { at }): Sent<At>) -> Answer<SafeStateResults> {
     let done = tokio::task::spawn_blocking(move || {
         let rig = resolve_kind(&studio.root, &at, Kind::Run)?;
-        let results = SafeStatePlan { rig, dark: true }.execute(&Silent)?;
-        Ok(Json(serde_json::to_value(results).unwrap_or_default()))
+        Ok(Json(SafeStatePlan { rig, dark: true }.execute(&Silent)?))
     });
     done.await.map_err(|_| Refusal::bad("the studio made a mistake"))?
 }
 
-pub(super) async fn resume(State(studio): Shared, body: Body) -> Answer {
-    let At { at } = read(body).await?;
+pub(super) async fn resume(State(studio): Shared, Sent(At { at }): Sent<At>) -> Answer<Done> {
     work_on(&studio, move |studio| {
         let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
         if holder(&folder)?.is_some() {
             return Err(Refusal::bad("the run goes on already"));
         }
         start_run(studio, &folder, &run::resume_words(&folder, &at))?;
-        Ok(Json(json!({})))
+        Ok(Json(Done {}))
     })
     .await
 }
@@ -300,18 +301,29 @@ pub(super) fn start_run(studio: &Studio, folder: &Path, words: &[String]) -> Res
 
 /// A note about a run.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(super) struct Noted {
     at: String,
     text: String,
     step: Option<u32>,
 }
 
-pub(super) async fn note(State(studio): Shared, body: Body) -> Answer {
-    let Noted { at, text, step } = read(body).await?;
+/// A note that was written, or that the run writes at its next step.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(super) struct Written {
+    step: Option<u32>,
+    is_waiting: bool,
+}
+
+pub(super) async fn note(
+    State(studio): Shared,
+    Sent(Noted { at, text, step }): Sent<Noted>,
+) -> Answer<Written> {
     work_on(&studio, move |studio| {
         let run = resolve_kind(&studio.root, &at, Kind::Run)?;
-        let results = NotePlan { run, text, step }.execute(&Silent)?;
-        Ok(Json(json!({ "step": results.step, "is_waiting": results.step.is_none() })))
+        let step = NotePlan { run, text, step }.execute(&Silent)?.step;
+        Ok(Json(Written { step, is_waiting: step.is_none() }))
     })
     .await
 }

@@ -15,33 +15,83 @@ use crate::{unix_of, words};
 
 /// A piece of work as a row of the overview.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct Item {
+    /// Its place below the folder.
     at: String,
     name: String,
     tags: Vec<String>,
     pub(super) kind: Option<Kind>,
-    /// `live`, `overdue`, `stopped`, `died`, `paused`, `over` or `broken`.
-    state: &'static str,
+    state: WorkState,
     is_virtual: Option<bool>,
+    /// Seconds since 1970.
     began: Option<f64>,
-    /// When it last wrote something.
+    /// When it last wrote something, in seconds since 1970.
     changed: Option<f64>,
     /// A fitness, in cm, to sort by.
     value: Option<f64>,
     /// Best or last, in words.
     text: String,
+    /// `good`, or what to look at first.
     health: String,
     step: Option<u32>,
+    /// When the latest photograph was written, in seconds since 1970.
     photo: Option<f64>,
     photo_name: Option<String>,
     /// Begin of the digest of the photograph of a run that goes on.
     photo_v: Option<String>,
+    /// When the next one is due, in seconds since 1970.
     next: Option<f64>,
     lamp: Option<String>,
     /// Tip of a run, in cm.
     tip: Option<(f64, f64)>,
     done: Option<u64>,
     total: Option<u64>,
+}
+
+/// How a piece of work is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum WorkState {
+    /// A program works on it.
+    Live,
+    /// A program works on it, and its next step was due more than a period ago.
+    Overdue,
+    /// It was asked to end, and is not over.
+    Stopped,
+    /// It was killed, or the computer went down.
+    Died,
+    /// It waits for its user.
+    Paused,
+    Over,
+    /// It cannot be read.
+    #[default]
+    Broken,
+}
+
+impl WorkState {
+    /// That of work on which `process` works.
+    pub(crate) const fn of(process: Option<u32>, is_over: bool) -> Self {
+        match (process, is_over) {
+            (_, true) => Self::Over,
+            (Some(_), false) => Self::Live,
+            (None, false) => Self::Stopped,
+        }
+    }
+}
+
+impl From<RunState> for WorkState {
+    fn from(state: RunState) -> Self {
+        match state {
+            RunState::Running => Self::Live,
+            RunState::Overdue => Self::Overdue,
+            RunState::Stopped => Self::Stopped,
+            RunState::Died => Self::Died,
+            RunState::Paused => Self::Paused,
+            RunState::Over => Self::Over,
+        }
+    }
 }
 
 /// A number of one run.
@@ -100,14 +150,14 @@ impl Item {
             Ok(status) => Self { photo_v: latest, ..base.with(folder, status, config) },
             Err(error) => {
                 let text = words::clean(&error.to_string());
-                Self { state: "broken", text: "cannot be read".to_owned(), health: text, ..base }
+                Self { state: WorkState::Broken, text: "cannot be read".to_owned(), health: text, ..base }
             }
         }
     }
 
     /// The numbers of a run.
     pub(super) fn samples(&self) -> Vec<Sample> {
-        let is_up = matches!(self.state, "live" | "overdue");
+        let is_up = matches!(self.state, WorkState::Live | WorkState::Overdue);
         let one = |name, value: Option<f64>| value.map(|value| Sample { name, label: None, value });
         let known = [
             one("up", Some(f64::from(u8::from(is_up)))),
@@ -128,11 +178,6 @@ impl Item {
 
     /// `config` is that of a run that is over, if it is known.
     fn with(self, path: &Path, status: StatusResults, config: Option<RunConfig>) -> Self {
-        let work = |process: Option<u32>, is_over: bool| match (process, is_over) {
-            (_, true) => "over",
-            (Some(_), false) => "live",
-            (None, false) => "stopped",
-        };
         match status {
             StatusResults::Run(run) => self.with_run(path, &run, config),
             StatusResults::Evolution(evolution) => {
@@ -140,7 +185,7 @@ impl Item {
                 let record = tropism_lab::evolve::EvolutionRecord::read(path).ok();
                 let possible = record.and_then(|record| record.task.best_fitness());
                 Self {
-                    state: work(evolution.process, evolution.is_over),
+                    state: WorkState::of(evolution.process, evolution.is_over),
                     is_virtual: Some(evolution.is_virtual),
                     value: best,
                     text: of_possible(best, possible),
@@ -153,7 +198,7 @@ impl Item {
                 let done = study.stages.iter().filter(|stage| stage.done >= stage.total).count();
                 let now = study.stages.iter().find(|stage| stage.done < stage.total);
                 Self {
-                    state: work(study.process, study.is_over),
+                    state: WorkState::of(study.process, study.is_over),
                     is_virtual: Some(true),
                     text: now.map_or_else(
                         || "report is written".to_owned(),
@@ -165,14 +210,14 @@ impl Item {
                 }
             }
             StatusResults::Sweep(sweep) => Self {
-                state: work(sweep.process, sweep.is_over),
+                state: WorkState::of(sweep.process, sweep.is_over),
                 text: format!("{} of {} units", sweep.done, sweep.total),
                 done: Some(sweep.done as u64),
                 total: Some(sweep.total as u64),
                 ..self
             },
             StatusResults::Transfer(transfer) => Self {
-                state: work(transfer.process, transfer.is_over),
+                state: WorkState::of(transfer.process, transfer.is_over),
                 is_virtual: Some(true),
                 text: format!("{} of {}", transfer.done(), plural(transfer.total(), "plant")),
                 done: Some(transfer.done() as u64),
@@ -184,7 +229,7 @@ impl Item {
                 let done = scenarios.iter().map(|scenario| scenario.controllers_done as u64).sum();
                 let total = scenarios.iter().map(|scenario| scenario.controllers as u64).sum();
                 Self {
-                    state: work(replicates.process, replicates.is_over),
+                    state: WorkState::of(replicates.process, replicates.is_over),
                     is_virtual: Some(true),
                     text: format!("{done} of {}", plural(total, "controller")),
                     done: Some(done),
@@ -206,11 +251,11 @@ impl Item {
                 _ => None,
             });
             let text = expected.map_or_else(|| "a rule".to_owned(), |_| of_possible(expected, possible));
-            return Self { state: "over", is_virtual, value: expected, text, ..self };
+            return Self { state: WorkState::Over, is_virtual, value: expected, text, ..self };
         };
         let best = search.best_fitness.map(|best| format!(", best {best:.2}")).unwrap_or_default();
         Self {
-            state: if is_at_work(search) { "live" } else { "stopped" },
+            state: if is_at_work(search) { WorkState::Live } else { WorkState::Stopped },
             value: search.best_fitness,
             text: format!("generation {done} of {of}{best}"),
             done: Some(done as u64),
@@ -230,7 +275,7 @@ impl Item {
             run.photograph.as_deref().and_then(|photo| photo.metadata().ok()?.modified().ok()).map(unix_of);
         let period = run.next_step_in_s.zip(run.photograph_age_s).map(|(left, age)| left + age);
         Self {
-            state: state_word(run.state),
+            state: run.state.into(),
             is_virtual: Some(run.is_virtual),
             value: fitness.map(|(fitness, _)| fitness),
             text,
@@ -260,18 +305,6 @@ pub(crate) fn is_at_work(search: &TuneStatus) -> bool {
 
 /// A search that saved nothing for so long has ended: a generation takes some seconds.
 const SEARCH_SILENCE_S: f64 = 60.0;
-
-/// A state in one word, as pages have it.
-pub(crate) const fn state_word(state: RunState) -> &'static str {
-    match state {
-        RunState::Running => "live",
-        RunState::Overdue => "overdue",
-        RunState::Stopped => "stopped",
-        RunState::Died => "died",
-        RunState::Paused => "paused",
-        RunState::Over => "over",
-    }
-}
 
 /// Fitness and greatest possible fitness of a run that is over and has targets.
 fn fitness_of(path: &Path, state: RunState, config: Option<RunConfig>) -> Option<(f64, Option<f64>)> {

@@ -7,6 +7,7 @@ use tropism_lab::files::shell_word;
 
 /// What became of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum JobState {
     Waiting,
@@ -32,6 +33,26 @@ pub(crate) struct Job {
     /// Why it failed.
     #[serde(default)]
     pub(crate) problem: String,
+}
+
+/// A job as pages show it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct ShownJob {
+    number: u64,
+    at: String,
+    state: JobState,
+    /// Why it failed.
+    problem: String,
+    /// As a person types them.
+    commands: Vec<String>,
+}
+
+impl From<&Job> for ShownJob {
+    fn from(job: &Job) -> Self {
+        let Job { number, at, state, problem, .. } = job.clone();
+        Self { number, at, state, problem, commands: job.lines() }
+    }
 }
 
 impl Job {

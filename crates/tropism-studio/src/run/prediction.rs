@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use serde_json::{Value, json};
+use serde::Serialize;
 use tropism::geometry::Point;
 use tropism::task::Task;
 use tropism::track::Track;
@@ -27,7 +27,55 @@ const LOOKS_AHEAD: u32 = 1000;
 pub(crate) struct Predictions(Mutex<BTreeMap<String, Arc<Mutex<Kept>>>>);
 
 /// What was expected of a run, and when.
-type Kept = Option<(Instant, Value)>;
+type Kept = Option<(Instant, Prediction)>;
+
+/// What is expected of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct Prediction {
+    /// The tip from which on it is, in cm.
+    from: [f64; 2],
+    /// Simulated plants.
+    plants: u32,
+    /// Targets above the tip.
+    targets: Vec<PredictedTarget>,
+    /// Paths of some of the plants, in cm.
+    paths: Vec<Vec<[f64; 2]>>,
+    /// Of a task with a form of the stem.
+    form: Option<PredictedForm>,
+    /// Whether the plants go through obstacles.
+    goes_through: bool,
+    /// File of the model, below the folder of the studio.
+    pub(crate) model: String,
+}
+
+/// What is expected at a target; ranges hold eight of ten plants that reach its height.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct PredictedTarget {
+    x: f64,
+    y: f64,
+    /// Plants that reach its height.
+    reached: usize,
+    /// Hours until then.
+    hours: Option<[f64; 2]>,
+    /// Distance from the target then, in cm.
+    beside: Option<[f64; 2]>,
+}
+
+/// What is expected of a form; ranges hold eight of ten plants that reach the height at which it counts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct PredictedForm {
+    /// Plants that reach the height.
+    reached: usize,
+    /// Plants that reach the form.
+    done: usize,
+    /// Hours until the height.
+    hours: Option<[f64; 2]>,
+    /// Difference from the form then, in cm.
+    off: Option<[f64; 2]>,
+}
 
 /// How long it is good enough.
 const PREDICTION_LASTS: Duration = Duration::from_secs(55);
@@ -40,8 +88,8 @@ impl Predictions {
     pub(crate) fn of(
         &self,
         at: &str,
-        predict: impl FnOnce() -> Result<Value, Refusal>,
-    ) -> Result<Value, Refusal> {
+        predict: impl FnOnce() -> Result<Prediction, Refusal>,
+    ) -> Result<Prediction, Refusal> {
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if all.len() >= PREDICTIONS && !all.contains_key(at) {
             all.clear();
@@ -75,7 +123,7 @@ pub(crate) fn reason_not_to_predict(config: &RunConfig) -> Option<&'static str> 
 /// What is expected of the run in `folder`: plants that go on in `model` from what was observed, under the run's controller.
 /// For each target that is left, when its height is crossed and how far beside it; for a form of the stem, when it counts
 /// and how far the stem is from it then.
-pub(crate) fn prediction(folder: &Path, config: &RunConfig, model: &Path) -> Result<Value, Refusal> {
+pub(crate) fn prediction(folder: &Path, config: &RunConfig, model: &Path) -> Result<Prediction, Refusal> {
     let mut tail = Tail::default();
     tail.read(folder).ok_or_else(|| Refusal::missing("the journal cannot be read just now"))?;
     let tips = tail.steps.iter().rev();
@@ -88,14 +136,16 @@ pub(crate) fn prediction(folder: &Path, config: &RunConfig, model: &Path) -> Res
     }
     let tracks = simulate::continued(model, config, &tail.steps, PREDICTED, LOOKS_AHEAD)?;
     let period_min = config.rig.period_min;
-    let rows: Vec<Value> = left.iter().map(|target| predicted(target, &tracks, period_min)).collect();
-    let fan: Vec<Vec<[f64; 2]>> = tracks.iter().take(12).map(|track| thinned(track).0).collect();
-    Ok(json!({
-        "from": <[f64; 2]>::from(tip), "plants": PREDICTED, "targets": rows, "paths": fan,
-        "form": is_form.then(|| predicted_form(&config.task, &tracks, period_min)),
+    Ok(Prediction {
+        from: tip.into(),
+        plants: PREDICTED,
+        targets: left.iter().map(|target| predicted(target, &tracks, period_min)).collect(),
+        paths: tracks.iter().take(12).map(|track| thinned(track).0).collect(),
+        form: is_form.then(|| predicted_form(&config.task, &tracks, period_min)),
         // Nothing holds a stem of a model back.
-        "goes_through": !config.task.obstacles.is_empty(),
-    }))
+        goes_through: !config.task.obstacles.is_empty(),
+        model: model.display().to_string(),
+    })
 }
 
 /// Hours from the first sample of a track to `step`.
@@ -111,27 +161,30 @@ fn eight_in_ten(mut values: Vec<f64>) -> Option<[f64; 2]> {
 }
 
 /// Of those plants that reach the height of a target.
-fn predicted(target: &Point, tracks: &[Track], period_min: f64) -> Value {
+fn predicted(target: &Point, tracks: &[Track], period_min: f64) -> PredictedTarget {
     let crossed = tracks.iter().filter_map(|track| {
         let sample = track.samples.iter().find(|sample| sample.tip.y >= target.y)?;
         Some((hours_to(track, sample.step, period_min), (sample.tip.x - target.x).abs()))
     });
     let (hours, beside): (Vec<f64>, Vec<f64>) = crossed.unzip();
-    json!({
-        "x": target.x, "y": target.y, "reached": hours.len(),
-        "hours": eight_in_ten(hours), "beside": eight_in_ten(beside),
-    })
+    PredictedTarget {
+        x: target.x,
+        y: target.y,
+        reached: hours.len(),
+        hours: eight_in_ten(hours),
+        beside: eight_in_ten(beside),
+    }
 }
 
 /// Of those plants that reach the height at which the form of the stem counts.
-fn predicted_form(task: &Task, tracks: &[Track], period_min: f64) -> Value {
+fn predicted_form(task: &Task, tracks: &[Track], period_min: f64) -> PredictedForm {
     let reached = tracks.iter().filter_map(|track| {
         let end = task.crossings(track).into_iter().next()??;
         Some((hours_to(track, end.step, period_min), end.distance_cm))
     });
     let (hours, off): (Vec<f64>, Vec<f64>) = reached.unzip();
     let done = tracks.iter().filter(|track| task.is_done(track) == Some(true)).count();
-    json!({ "reached": hours.len(), "done": done, "hours": eight_in_ten(hours), "off": eight_in_ten(off) })
+    PredictedForm { reached: hours.len(), done, hours: eight_in_ten(hours), off: eight_in_ten(off) }
 }
 
 #[cfg(test)]
@@ -159,12 +212,13 @@ mod tests {
         let made = std::cell::Cell::new(0);
         let predict = || {
             made.set(made.get() + 1);
-            Ok(json!(made.get()))
+            Ok(Prediction { plants: made.get(), ..Prediction::default() })
         };
+        let plants = |at| predictions.of(at, predict).unwrap().plants;
         assert!(predictions.of("a", || Err(Refusal::missing("none yet"))).is_err());
         for _ in 0..3 {
-            assert_eq!(predictions.of("a", predict).unwrap(), json!(1));
+            assert_eq!(plants("a"), 1);
         }
-        assert_eq!(predictions.of("b", predict).unwrap(), json!(2));
+        assert_eq!(plants("b"), 2);
     }
 }

@@ -17,6 +17,7 @@ use crate::track::{Sample, Track};
 
 /// What is known of one target.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TargetOutlook {
     /// The target, in cm.

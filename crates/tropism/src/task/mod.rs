@@ -175,6 +175,7 @@ impl Past {
 
 /// Where the tip was when it first reached a target's height.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Crossing {
     /// Step of the observation.
     pub step: u32,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Status of one photograph: `Ok`, or why its tip is not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum FrameStatus {
     /// The plant is detected and accepted.
