@@ -102,9 +102,13 @@ export async function studio(t, cwd, port = 0, ...more) {
   return { child, address };
 }
 
+/** A name that no name server knows, for a proxy. */
+const UNKNOWN = "plants.example.org";
+
 /** Firefox as Debian has it, by WebDriver BiDi. */
 async function launchFirefox() {
-  const launched = await firefox.launch({ executablePath: FIREFOX, channel: "moz-firefox" });
+  const firefoxUserPrefs = { "network.dns.localDomains": UNKNOWN };
+  const launched = await firefox.launch({ executablePath: FIREFOX, channel: "moz-firefox", firefoxUserPrefs });
   // One command of this playwright is younger than the Firefox of a stable Debian: colours stay as they are.
   const sessions = Object.getPrototypeOf(launched._connection.toImpl(launched)._browserSession);
   const { send } = sessions;
@@ -113,8 +117,7 @@ async function launchFirefox() {
   };
   return launched;
 }
-// A name that no name server knows, for a proxy.
-const ARGS = ["--no-sandbox", "--host-resolver-rules=MAP plants.example.org 127.0.0.1"];
+const ARGS = ["--no-sandbox", `--host-resolver-rules=MAP ${UNKNOWN} 127.0.0.1`];
 const LAUNCH = { chromium: () => chromium.launch({ executablePath: CHROMIUM, args: ARGS }), firefox: launchFirefox };
 /** @type {Record<string, Promise<import("playwright-core").Browser>>} */
 const browsers = {};
