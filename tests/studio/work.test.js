@@ -70,6 +70,19 @@ test("a run is begun, filmed, renamed and deleted by touch", async (t) => {
   assert.ok(!fs.existsSync(path.join(cwd, "sprout")));
 });
 
+test("a model is fitted from the page", async (t) => {
+  const cwd = folder(t);
+  await run(t, cwd, "grow", "--plants", "2", "--steps", "60", "--out", "beans");
+  const { address } = await studio(t, cwd);
+  const opened = await page(t, `${address}begin?form=fit`);
+  await opened.locator("#fields [name=tracks]").waitFor();
+  await opened.fill("#fields [name=tracks]", "beans");
+  await opened.fill("#fields [name=out]", "model");
+  await until(async () => /tropism fit beans --kind tip --out model.json/.test(await text(opened, "#command")), "the command");
+  await opened.click("#go");
+  await until(() => fs.existsSync(path.join(cwd, "model.json")), "the model", 30);
+});
+
 test("a tap places, a swipe scrolls, and a draft survives", { skip: EMULATES ? false : "a mouse does not swipe" }, async (t) => {
   const cwd = folder(t);
   const { address } = await studio(t, cwd);

@@ -110,7 +110,7 @@ pub(super) const FORMS: &[Form] = &[
         says: "A model of plants from tracks: of the tip, or of the whole stem.",
         fields: &[
             needed("tracks", "Folder of runs or tracks", "", Input::Folder, ""),
-            needed("model", "Model", "--model", Input::Word(&["tip", "stem", "space"]), "tip"),
+            needed("model", "Model", "--kind", Input::Word(&["tip", "stem", "space"]), "tip"),
             needed("out", "Name of the file", "--out", Input::Name(".json"), ""),
         ],
     },
