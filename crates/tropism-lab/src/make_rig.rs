@@ -19,10 +19,10 @@ pub struct MakeRigPlan {
     pub camera: String,
     /// Address of the camera: the URL of a photograph (`ip`), or a device such as `/dev/video0` (`usb`).
     pub camera_at: Option<String>,
-    /// Kind of the lamps: `wled`, `tasmota`, `zigbee`, `leds-pi5` or `spi-pi4`.
+    /// Kind of the lamps: `wled`, `zigbee`, `leds-pi5` or `spi-pi4`.
     pub lamps: String,
     /// Addresses of the lamps: the URL of the controller (`wled`), or the names of the left and the right plug, with a comma
-    /// between them (`tasmota`, `zigbee`).
+    /// between them (`zigbee`).
     pub lamps_at: Option<String>,
     /// Kind of the flash: `tasmota`, `zigbee`, `relay-pi4` or `relay-pi5`. Without one, photographs are taken in the light that
     /// there is.
@@ -160,6 +160,23 @@ pub const FLASHES: [Part; 4] = [
     },
 ];
 
+/// The words for these kinds.
+///
+/// ```
+/// use tropism_lab::make_rig::{CAMERAS, kinds};
+/// assert_eq!(kinds(&CAMERAS), ["ip", "usb", "raspberry"]);
+/// ```
+#[must_use]
+pub const fn kinds<const N: usize>(parts: &[Part; N]) -> [&'static str; N] {
+    let mut kinds = [""; N];
+    let mut next = 0;
+    while next < N {
+        kinds[next] = parts[next].kind;
+        next += 1;
+    }
+    kinds
+}
+
 /// The section `name` of the rig file `text`, with the tables below it.
 fn section<'a>(text: &'a str, name: &str) -> impl Iterator<Item = &'a str> {
     let mut is_in = false;
@@ -177,10 +194,14 @@ impl Part {
     ///
     /// # Errors
     /// [`Error::Plan`] if there is no such kind, or its addresses are missing or too many.
-    fn section_of(all: &[Self], key: &str, kind: &str, address: Option<&str>) -> Result<String, Error> {
+    fn section_of<const N: usize>(
+        all: &[Self; N],
+        key: &str,
+        kind: &str,
+        address: Option<&str>,
+    ) -> Result<String, Error> {
         let part = all.iter().find(|part| part.kind == kind).ok_or_else(|| {
-            let kinds: Vec<&str> = all.iter().map(|part| part.kind).collect();
-            Error::Plan(format!("found `{key}` {kind:?}, wanted one of {}", kinds.join(", ")))
+            Error::Plan(format!("found `{key}` {kind:?}, wanted one of {}", kinds(all).join(", ")))
         })?;
         let found: Vec<&str> = address.into_iter().flat_map(|all| all.split(',')).map(str::trim).collect();
         if found.len() != part.places.len() || found.contains(&"") {

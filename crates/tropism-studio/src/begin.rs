@@ -149,6 +149,11 @@ pub(crate) struct Begun {
 }
 
 impl Filled {
+    /// The value of the field `name`, if one is given.
+    fn value(&self, name: &str) -> Option<&str> {
+        self.values.get(name).map(|value| value.trim()).filter(|value| !value.is_empty())
+    }
+
     /// The command of the form.
     ///
     /// # Errors
@@ -156,13 +161,12 @@ impl Filled {
     pub(crate) fn command(&self, studio: &Studio) -> Result<Begun, Refusal> {
         let form = FORMS.iter().find(|form| form.name == self.form);
         let form = form.ok_or_else(|| Refusal::missing(format!("found no form {:?}", self.form)))?;
-        let value =
-            |name: &str| self.values.get(name).map(|value| value.trim()).filter(|value| !value.is_empty());
-        let kind = form.fields.iter().find(|field| field.name == "kind").and_then(|field| value(field.name));
+        let kind =
+            form.fields.iter().find(|field| field.name == "kind").and_then(|field| self.value(field.name));
         let mut words = vec![form.name.to_owned()];
         let mut made = String::new();
         for field in form.fields {
-            let Some(value) = value(field.name) else {
+            let Some(value) = self.value(field.name) else {
                 if field.is_needed {
                     return Err(Refusal::bad(format!("{}: fill it in.", field.label)));
                 }
@@ -206,10 +210,7 @@ impl Filled {
 
     /// The plan of a rig file at `out`, if that is what the form makes: it is written at once, as nothing waits for it.
     pub(crate) fn rig(&self, out: PathBuf) -> Option<MakeRigPlan> {
-        let given = |name: &str| {
-            let value = self.values.get(name).map(|value| value.trim());
-            value.filter(|value| !value.is_empty()).map(str::to_owned)
-        };
+        let given = |name: &str| self.value(name).map(str::to_owned);
         (self.form == "make-rig").then(|| MakeRigPlan {
             camera: given("camera").unwrap_or_default(),
             camera_at: given("camera_at"),

@@ -210,6 +210,7 @@ const MOST_AT_ONCE: u32 = 100;
 async fn http2_over<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(stream: S, service: Service) {
     let mut http = http2::Builder::new(TokioExecutor::new());
     http.timer(TokioTimer::new()).max_concurrent_streams(MOST_AT_ONCE).max_header_list_size(MAX_HEAD as u32);
+    // One that is gone is noticed by pings: nothing else of it need ever come.
     http.keep_alive_interval(HEAD).keep_alive_timeout(STALL);
     let service = Arc::new(service);
     let service = service_fn(move |request| {

@@ -2082,10 +2082,10 @@ def make_rig(
     camera_at : str, default None
         Address of the camera: the URL of a photograph (`ip`), or a device such as `/dev/video0` (`usb`).
     lamps : str, default "wled"
-        Kind of the lamps: `wled`, `tasmota`, `zigbee`, `leds-pi5` or `spi-pi4`.
+        Kind of the lamps: `wled`, `zigbee`, `leds-pi5` or `spi-pi4`.
     lamps_at : str, default None
         Addresses of the lamps: the URL of the controller (`wled`), or the names of the left and the right plug,
-        with a comma between them (`tasmota`, `zigbee`).
+        with a comma between them (`zigbee`).
     flash : str, default None
         Kind of the flash: `tasmota`, `zigbee`, `relay-pi4` or `relay-pi5`. Without one, photographs are taken in
         the light that there is.

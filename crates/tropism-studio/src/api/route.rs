@@ -66,46 +66,42 @@ pub(super) trait Endpoint<Args> {
     type Answer: Typed;
 }
 
-impl<F, R, A> Endpoint<(Shared,)> for F
-where
-    F: Fn(Shared) -> R,
-    R: Future<Output = Answer<A>>,
-    A: Typed,
-{
+/// An argument of such a function: what it says of the request.
+pub(super) trait Argument {
+    type Asked: Typed;
+}
+
+impl Argument for Shared {
     type Asked = ();
-    type Answer = A;
 }
 
-impl<F, R, Q, A> Endpoint<(Query<Q>,)> for F
-where
-    F: Fn(Query<Q>) -> R,
-    R: Future<Output = Answer<A>>,
-    Q: Typed,
-    A: Typed,
-{
+impl<Q: Typed> Argument for Query<Q> {
     type Asked = Q;
-    type Answer = A;
 }
 
-impl<F, R, Q, A> Endpoint<(Shared, Query<Q>)> for F
-where
-    F: Fn(Shared, Query<Q>) -> R,
-    R: Future<Output = Answer<A>>,
-    Q: Typed,
-    A: Typed,
-{
-    type Asked = Q;
-    type Answer = A;
-}
-
-impl<F, R, B, A> Endpoint<(Shared, Sent<B>)> for F
-where
-    F: Fn(Shared, Sent<B>) -> R,
-    R: Future<Output = Answer<A>>,
-    B: Typed,
-    A: Typed,
-{
+impl<B: Typed> Argument for Sent<B> {
     type Asked = B;
+}
+
+impl<F, R, X, A> Endpoint<(X,)> for F
+where
+    F: Fn(X) -> R,
+    R: Future<Output = Answer<A>>,
+    X: Argument,
+    A: Typed,
+{
+    type Asked = X::Asked;
+    type Answer = A;
+}
+
+impl<F, R, X, A> Endpoint<(Shared, X)> for F
+where
+    F: Fn(Shared, X) -> R,
+    R: Future<Output = Answer<A>>,
+    X: Argument,
+    A: Typed,
+{
+    type Asked = X::Asked;
     type Answer = A;
 }
 

@@ -243,9 +243,7 @@ pub(super) fn predicted(studio: &Studio, folder: &Path) -> Result<Prediction, Re
         ));
     }
     let shown = model.strip_prefix(&studio.root).unwrap_or(model).display().to_string();
-    let mut prediction = run::prediction(folder, &config, model)?;
-    prediction.model = shown;
-    Ok(prediction)
+    run::prediction(folder, &config, model, &shown)
 }
 
 pub(super) async fn stop(State(studio): Shared, Sent(At { at }): Sent<At>) -> Answer<Ended> {

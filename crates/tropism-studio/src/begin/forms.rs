@@ -1,5 +1,7 @@
 //! The forms that there are, each a command.
 
+use tropism_lab::make_rig::{CAMERAS, FLASHES, LAMPS, kinds};
+
 use crate::found::Kind;
 
 /// What is filled into a field.
@@ -62,6 +64,10 @@ const fn optional(name: &'static str, label: &'static str, option: &'static str,
 
 const TASK: Field = optional("task", "Task file", "--task", Input::File(&["toml", "json"]));
 const SEED: Field = optional("seed", "Seed", "--seed", Input::Whole(0, u64::MAX));
+
+const CAMERA_KINDS: &[&str] = &kinds(&CAMERAS);
+const LAMP_KINDS: &[&str] = &kinds(&LAMPS);
+const FLASH_KINDS: &[&str] = &kinds(&FLASHES);
 
 pub(super) const FORMS: &[Form] = &[
     Form {
@@ -128,22 +134,11 @@ pub(super) const FORMS: &[Form] = &[
         title: "Make a rig file",
         says: "From the kinds and addresses of camera, lamps and flash. It is written at once; then lamps and camera can be tried by hand, and calibrated.",
         fields: &[
-            needed("camera", "Camera", "--camera", Input::Word(&["ip", "usb", "raspberry"]), "ip"),
+            needed("camera", "Camera", "--camera", Input::Word(CAMERA_KINDS), CAMERA_KINDS[0]),
             optional("camera_at", "Camera: URL, or device", "--camera-at", Input::Address),
-            needed(
-                "lamps",
-                "Lamps",
-                "--lamps",
-                Input::Word(&["wled", "zigbee", "leds-pi5", "spi-pi4"]),
-                "wled",
-            ),
+            needed("lamps", "Lamps", "--lamps", Input::Word(LAMP_KINDS), LAMP_KINDS[0]),
             optional("lamps_at", "Lamps: URL, or names of left, right", "--lamps-at", Input::Address),
-            optional(
-                "flash",
-                "Flash",
-                "--flash",
-                Input::Word(&["tasmota", "zigbee", "relay-pi4", "relay-pi5"]),
-            ),
+            optional("flash", "Flash", "--flash", Input::Word(FLASH_KINDS)),
             optional("flash_at", "Flash: name of its plug", "--flash-at", Input::Address),
             optional("broker", "MQTT broker, for plugs", "--broker", Input::Address),
             needed("out", "Name of the file", "--out", Input::Name(".toml"), "rig"),

@@ -122,8 +122,13 @@ pub(crate) fn reason_not_to_predict(config: &RunConfig) -> Option<&'static str> 
 
 /// What is expected of the run in `folder`: plants that go on in `model` from what was observed, under the run's controller.
 /// For each target that is left, when its height is crossed and how far beside it; for a form of the stem, when it counts
-/// and how far the stem is from it then.
-pub(crate) fn prediction(folder: &Path, config: &RunConfig, model: &Path) -> Result<Prediction, Refusal> {
+/// and how far the stem is from it then. `shown` is what a page calls the model.
+pub(crate) fn prediction(
+    folder: &Path,
+    config: &RunConfig,
+    model: &Path,
+    shown: &str,
+) -> Result<Prediction, Refusal> {
     let mut tail = Tail::default();
     tail.read(folder).ok_or_else(|| Refusal::missing("the journal cannot be read just now"))?;
     let tips = tail.steps.iter().rev();
@@ -144,7 +149,7 @@ pub(crate) fn prediction(folder: &Path, config: &RunConfig, model: &Path) -> Res
         form: is_form.then(|| predicted_form(&config.task, &tracks, period_min)),
         // Nothing holds a stem of a model back.
         goes_through: !config.task.obstacles.is_empty(),
-        model: model.display().to_string(),
+        model: shown.to_owned(),
     })
 }
 
