@@ -8,6 +8,8 @@ mod announce;
 #[cfg(feature = "studio")]
 mod page;
 mod controller;
+mod python;
+mod units;
 mod commands;
 
 use std::process::ExitCode;

@@ -99,17 +99,23 @@ fn earlier_output_stays() {
     fails(&folder, &grow("2"), &["plant-0001.csv: a file is here already", "--force"]);
     assert_eq!(tropism(folder.path(), &[&grow("2")[..], &["--force"]].concat()).0, 0);
     fs::write(folder.path().join("forecast.json"), "kept").unwrap();
-    let baseline = ["baseline", "--model", "model.json", "--count", "10", "--out", "forecast.json"];
-    for words in [
-        &["tune", "--model", "model.json", "--out", "forecast.json"][..],
-        &baseline,
-        &["calibrate", "track.csv", "--out", "forecast.json"],
-        &["forecast", "--models", "model.json", "--out", "."],
+    let tune = ["tune", "--model", "model.json", "--out", "forecast.json"];
+    fails(&folder, &tune, &["forecast.json: a file is here already", "or replace it by --force"]);
+    for (words, wanted) in [
+        (
+            &["baseline", "--model", "model.json", "--count", "10", "--out", "forecast.json"][..],
+            "found a file",
+        ),
+        (&["calibrate", "track.csv", "--out", "forecast.json"], "wanted a folder for a calibration"),
+        (
+            &["forecast", "--models", "model.json", "--horizons", "5", "--plants", "1", "--out", "."],
+            "no forecast.toml beside it",
+        ),
     ] {
-        fails(&folder, words, &["forecast.json: a file is here already", "or replace it by --force"]);
+        fails(&folder, words, &["forecast.json: ", wanted, "choose a new", "(--out)"]);
         assert_eq!(fs::read(folder.path().join("forecast.json")).unwrap(), b"kept");
     }
-    assert_eq!(tropism(folder.path(), &[&baseline[..], &["--force"]].concat()).0, 0);
+    assert_eq!(tropism(folder.path(), &[&tune[..], &["--generations", "1", "--force"]].concat()).0, 0);
     assert_ne!(fs::read(folder.path().join("forecast.json")).unwrap(), b"kept");
     fs::write(folder.path().join("rule.search.jsonl"), "").unwrap();
     let tune = ["tune", "--model", "model.json", "--generations", "1", "--out", "rule.json"];

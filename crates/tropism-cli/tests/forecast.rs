@@ -45,8 +45,8 @@ fn models_are_compared_on_virtual_beans_to_the_same_bits_on_any_number_of_thread
         "--interval",
         "120",
     ];
-    let one = json(here, &[&forecast[..], &["--threads", "1", "--out", "forecast"]].concat());
-    let two = json(here, &[&forecast[..], &["--threads", "2"]].concat());
+    let one = json(here, &[&forecast[..], &["--threads", "1", "--out", "one"]].concat());
+    let two = json(here, &[&forecast[..], &["--threads", "2", "--out", "two"]].concat());
     assert_eq!(one, two);
     assert_eq!((&one["truth"], &one["is_virtual"]), (&"noise-free".into(), &true.into()));
     let lights = one["lights"].as_array().unwrap();
@@ -66,10 +66,10 @@ fn models_are_compared_on_virtual_beans_to_the_same_bits_on_any_number_of_thread
         assert!((0.5..=1.0).contains(&within), "{light}");
         assert!(light["models"][1]["stem"].is_null() && light["models"][0]["tip"][0]["within_90"].is_null());
     }
-    let figure = fs::read_to_string(here.join("forecast/figure-forecast.svg")).unwrap();
+    let figure = fs::read_to_string(here.join("one/figure-forecast.svg")).unwrap();
     assert!(figure.contains("stem, random light") && figure.contains("standing still"));
     let saved: Value =
-        serde_json::from_str(&fs::read_to_string(here.join("forecast/forecast.json")).unwrap()).unwrap();
+        serde_json::from_str(&fs::read_to_string(here.join("one/forecast.json")).unwrap()).unwrap();
     assert_eq!(saved, one);
 }
 
@@ -100,7 +100,8 @@ fn a_model_in_space_is_judged_in_space_and_beside_one_of_the_plane_from_the_fron
     }
     let forecast = ["forecast", "--plants", "2", "--horizons", "60", "--interval", "240", "--models"];
     let errors = |models: &[&str]| {
-        let printed = json(here, &[&forecast[..], models].concat());
+        let out = format!("forecast-{}", models.len());
+        let printed = json(here, &[&forecast[..], models, &["--out", &out]].concat());
         let error = |row: usize, part: &str| {
             printed["lights"][0]["models"][row][part][0]["mean_cm"].as_f64().unwrap()
         };

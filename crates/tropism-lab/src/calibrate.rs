@@ -13,6 +13,7 @@ use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::calibrate::{BeanCalibration, Estimate, PARAMETERS, calibrate};
 use tropism_bean::{Individual, Species, acceptance};
 
+use crate::work::{self, Input, Pace, Place, Record, Stage, Unit, Units, Work};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Half the width of a 90 % interval of a normal distribution, in standard deviations.
@@ -28,10 +29,10 @@ pub struct CalibratePlan {
     pub interval_min: f64,
     /// Species of the plants: the prior of the estimates.
     pub species: Species,
-    /// File for the species with these estimates and their spread.
-    pub out: Option<PathBuf>,
-    /// Whether a file that is there is replaced.
-    pub replace: bool,
+    /// Whether to continue a calibration in `out`.
+    pub resume: bool,
+    /// Folder for the estimates of each plant, and for the species with these estimates and their spread.
+    pub out: PathBuf,
 }
 
 impl Default for CalibratePlan {
@@ -40,8 +41,8 @@ impl Default for CalibratePlan {
             tracks: Vec::new(),
             interval_min: PAPER_PERIOD_MIN,
             species: Species::default(),
-            out: None,
-            replace: false,
+            resume: false,
+            out: "calibration".into(),
         }
     }
 }
@@ -110,61 +111,134 @@ impl Workflow for CalibratePlan {
             let found = self.interval_min;
             return Err(Error::Plan(format!("found `interval_min` {found}, wanted 0.1 to 120 minutes")));
         }
-        files::check_outputs(&self.outputs(), &self.tracks)?;
-        self.out.iter().try_for_each(|out| files::check_free(out, self.replace || out.is_dir()))
+        files::check_outputs(&self.outputs(), &self.tracks)
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<Vec<PlantEstimates>, Error> {
-        let tracks = files::track_files(&self.tracks)?;
-        monitor.stage("calibrate", tracks.len() as u64);
-        let estimate = |path: &PathBuf| {
-            if !monitor.may_go_on() {
-                return Ok(None);
-            }
-            let track = files::read_track(path)?;
-            let calibration = calibrate(&track, self.interval_min, &self.species, &|| monitor.may_go_on())
-                .map_err(Error::at(path.display()))?;
-            monitor.advance(u64::from(calibration.is_some()));
-            Ok::<_, Error>(calibration.map(|calibration| PlantEstimates::new(path.clone(), &calibration)))
+        work::perform(self, monitor)
+    }
+}
+
+/// File of the species in the folder of a calibration.
+const BEAN: &str = "bean.toml";
+
+/// What decides the results of a calibration: the content of `calibration.toml`.
+#[derive(Serialize, Deserialize)]
+struct CalibrationRecord {
+    schema: String,
+    version: String,
+    interval_min: f64,
+    tracks: Vec<Input>,
+    species: Species,
+}
+
+impl Work for CalibratePlan {
+    const WORKFLOW: &'static str = "calibrate";
+    const NAME: &'static str = "a calibration";
+    const RECORD: &'static str = "calibration.toml";
+    const RESULTS: &'static [&'static str] = &[BEAN];
+
+    type Begun<'p> = Calibrating<'p>;
+
+    fn out(&self) -> &Path {
+        &self.out
+    }
+
+    fn is_resumed(&self) -> bool {
+        self.resume
+    }
+
+    /// The tracks must still be where they were.
+    fn of_folder(out: &Path) -> Result<Self, Error> {
+        let CalibrationRecord { interval_min, tracks, species, .. } =
+            files::read_toml(&out.join(Self::RECORD))?;
+        let tracks = tracks.into_iter().map(|track| track.file).collect();
+        Ok(Self { tracks, interval_min, species, resume: true, out: out.to_owned() })
+    }
+
+    fn begin(&self, _monitor: &dyn Monitor) -> Result<Calibrating<'_>, Error> {
+        Ok(Calibrating { plan: self, tracks: Input::all(files::track_files(&self.tracks)?)? })
+    }
+
+    fn collect(
+        &self,
+        calibrating: &Calibrating<'_>,
+        _monitor: &dyn Monitor,
+    ) -> Result<Vec<PlantEstimates>, Error> {
+        let read = |number| {
+            files::read_as(&calibrating.path(number), |text| serde_json::from_str::<PlantEstimates>(text))
         };
-        let plants: Vec<Option<PlantEstimates>> =
-            parallel::try_map(tracks.len(), |number| estimate(&tracks[number]))?;
-        let plants: Vec<PlantEstimates> = plants.into_iter().flatten().collect();
-        if plants.len() < tracks.len() {
-            return Err(self.interrupted(&plants, tracks.len())?);
-        }
-        if let Some(out) = &self.out {
-            self.write(out, &plants)?;
-        }
+        let plants: Vec<PlantEstimates> =
+            (0..calibrating.tracks.len()).map(read).collect::<Result<_, _>>()?;
+        let path = self.out.join(BEAN);
+        let species = with_estimates(self.species.clone(), &pool(&plants), plants.len());
+        files::write(&path, files::toml_of(&path, &species)?.as_bytes())?;
         Ok(plants)
     }
 }
 
 impl CalibratePlan {
-    /// The files that may be written: that of all plants, and that of those which were done when the work was interrupted.
+    /// The files that are written to [`out`](Self::out), but for those of single plants.
     #[must_use]
     pub fn outputs(&self) -> Vec<PathBuf> {
-        self.out.iter().flat_map(|out| [out.clone(), out.with_extension("part.toml")]).collect()
+        [Self::RECORD, BEAN].map(|name| self.out.join(name)).into()
     }
 
-    fn write(&self, path: &Path, plants: &[PlantEstimates]) -> Result<(), Error> {
-        let species = with_estimates(self.species.clone(), &pool(plants), plants.len());
-        Ok(files::write(path, files::toml_of(path, &species)?.as_bytes())?)
+    /// The file of the species with the estimates.
+    #[must_use]
+    pub fn bean(&self) -> PathBuf {
+        self.out.join(BEAN)
+    }
+}
+
+/// A calibration at work.
+pub struct Calibrating<'p> {
+    plan: &'p CalibratePlan,
+    tracks: Vec<Input>,
+}
+
+impl Calibrating<'_> {
+    /// The file with the estimates of plant `number`, from 0.
+    fn path(&self, number: usize) -> PathBuf {
+        self.plan.out.join("plants").join(format!("{:04}.json", number + 1))
+    }
+}
+
+impl Units for Calibrating<'_> {
+    fn record(&self) -> Result<Record, Error> {
+        let content = CalibrationRecord {
+            schema: CalibratePlan::SCHEMA.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            interval_min: self.plan.interval_min,
+            tracks: self.tracks.clone(),
+            species: self.plan.species.clone(),
+        };
+        Record::of(self.plan, &content)
     }
 
-    /// What an interruption leaves: the estimates of the plants that are done, beside the place of those of all.
-    fn interrupted(&self, plants: &[PlantEstimates], of: usize) -> Result<Error, Error> {
-        let outputs = self.outputs();
-        let [_, part] = &outputs[..] else { return Ok(Error::cancelled()) };
-        if plants.is_empty() {
-            return Ok(Error::cancelled());
-        }
-        self.write(part, plants)?;
-        Ok(Error::Cancelled(format!(
-            "{} has the estimates of {} of {of} plants",
-            part.display(),
-            plants.len()
-        )))
+    fn stages(&self) -> Vec<Stage> {
+        let unit = |(number, track): (usize, &Input)| {
+            Unit::new(format!("{number:04}"), track.file.display().to_string())
+        };
+        let units = (1..).zip(&self.tracks).map(unit).collect();
+        vec![Stage { name: "calibrate".to_owned(), pace: Pace::OneThreadEach, units }]
+    }
+
+    fn is_done(&self, place: Place) -> Result<bool, Error> {
+        Ok(self.path(place.unit).exists())
+    }
+
+    fn execute(&self, place: Place, monitor: &dyn Monitor) -> Result<(), Error> {
+        let CalibratePlan { interval_min, species, out, .. } = self.plan;
+        let Input { file, .. } = &self.tracks[place.unit];
+        let track = files::read_track(file)?;
+        let calibration = calibrate(&track, *interval_min, species, &|| monitor.may_go_on())
+            .map_err(Error::at(file.display()))?
+            .ok_or_else(|| Error::Interrupted { folder: out.clone() })?;
+        files::make_folder(&out.join("plants"))?;
+        files::write_json(&self.path(place.unit), &PlantEstimates::new(file.clone(), &calibration))?;
+        monitor.advance(1);
+        Ok(())
     }
 }
 
@@ -375,16 +449,21 @@ mod tests {
         let track = Trial::new(&species).grow(1, &mut periodic, &task, &mut unwatched);
         let tracks = vec![folder.path().join("1.csv"), folder.path().join("2.csv")];
         tracks.iter().for_each(|path| files::write_track(path, &track).unwrap());
-        let out = folder.path().join("mine.toml");
-        let plan = CalibratePlan { tracks, out: Some(out.clone()), ..CalibratePlan::default() };
+        let out = folder.path().join("mine");
+        let plan = CalibratePlan { tracks, out: out.clone(), ..CalibratePlan::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         let ended = pool.install(|| plan.execute(&One::default())).unwrap_err();
-        assert!(
-            matches!(ended, Error::Cancelled(left) if left.ends_with("mine.part.toml has the estimates of 1 of 2 plants"))
-        );
-        let part: Species = files::read_toml(&folder.path().join("mine.part.toml")).unwrap();
-        assert!(part != species && !out.exists());
-        assert_eq!(plan.execute(&crate::Silent).unwrap().len(), 2);
-        assert!(out.exists());
+        assert!(matches!(ended, Error::Interrupted { folder } if folder == out));
+        assert!(out.join("plants/0001.json").exists() && !plan.bean().exists());
+        let resumed = CalibratePlan::of_folder(&out).unwrap();
+        assert_eq!(resumed.execute(&crate::Silent).unwrap().len(), 2);
+        assert!(plan.bean().exists());
+        // The same plants as without an interruption.
+        let whole = CalibratePlan { out: folder.path().join("whole"), ..plan.clone() };
+        whole.execute(&crate::Silent).unwrap();
+        assert_eq!(files::read(&whole.bean()).unwrap(), files::read(&plan.bean()).unwrap());
+        files::write(&plan.tracks[1], b"changed").unwrap();
+        let error = resumed.execute(&crate::Silent).unwrap_err().to_string();
+        assert!(error.contains("a calibration with other settings is here"), "{error}");
     }
 }

@@ -606,7 +606,8 @@ pub(crate) fn write_unterminated_json(path: &Path, value: &impl Serialize) -> Re
     write(path, json_of(path, value)?.as_bytes())
 }
 
-fn json_of(path: &Path, value: &impl Serialize) -> Result<String, FileError> {
+/// The text of `value` as it stands in the JSON file `path`, indented and without a line feed at its end.
+pub(crate) fn json_of(path: &Path, value: &impl Serialize) -> Result<String, FileError> {
     serde_json::to_string_pretty(value).map_err(parse(path))
 }
 

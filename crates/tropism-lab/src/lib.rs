@@ -45,6 +45,7 @@ mod recorder;
 mod error;
 pub mod monitor;
 pub mod workflow;
+pub mod work;
 mod reach;
 pub mod model;
 pub mod planner;
@@ -99,6 +100,7 @@ pub use lock::{FolderLock, LockError, holder, lock};
 pub use monitor::{Monitor, Part, Silent};
 pub use recorder::{RecordError, Recorder, Supervision};
 pub use run::{RunConfig, RunPlan, RunResults};
+pub use work::Work;
 pub use workflow::Workflow;
 
 /// The example of the README, tested as documentation.

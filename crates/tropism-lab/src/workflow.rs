@@ -1,14 +1,9 @@
 //! The shape of every workflow: a plan goes in, results come out, a monitor listens.
 
-use std::path::Path;
-
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
 
-use crate::difference::differences;
 use crate::error::Error;
-use crate::files;
 use crate::monitor::Monitor;
 
 /// A plan that can be executed.
@@ -52,36 +47,4 @@ pub trait Workflow: Clone + Serialize + DeserializeOwned {
         plan.prepare()?;
         plan.perform(monitor)
     }
-}
-
-/// Checks that the folder of `record` is free for work whose settings are `text`, or that the same work may continue there.
-/// `what` names the work, with its article.
-///
-/// # Errors
-/// [`Error::Plan`] if the work is there without `resume`, or is another one.
-pub(crate) fn check_same(record: &Path, text: &str, resume: bool, what: &str) -> Result<(), Error> {
-    if !record.exists() {
-        return Ok(());
-    }
-    if !resume {
-        return Err(Error::Plan(format!(
-            "{}: {what} is here already: choose a new folder (`out`), or go on with it by `resume`",
-            record.parent().unwrap_or(record).display()
-        )));
-    }
-    let found = files::read_text(record)?;
-    if found == text {
-        return Ok(());
-    }
-    let [found, wanted] = [&found, text].map(|text| files::parse_toml(record, text));
-    Err(other_settings(record, what, &found?, &wanted?))
-}
-
-/// The error that `what` has the settings `found` in the file `record`, and not those that are `wanted`.
-pub(crate) fn other_settings(record: &Path, what: &str, found: &Value, wanted: &Value) -> Error {
-    Error::Plan(format!(
-        "{}: {what} with other settings is here{}: go on with the same, or choose another folder",
-        record.display(),
-        differences(found, wanted)
-    ))
 }

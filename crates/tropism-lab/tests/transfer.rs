@@ -22,7 +22,7 @@ use tropism_lab::report::ReportPlan;
 use tropism_lab::score::ScorePlan;
 use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::transfer::{ControllerSource, TransferPlan, read_controllers};
-use tropism_lab::{ControllerSpec, Error, Monitor, RunConfig, RunPlan, Silent, Workflow, files};
+use tropism_lab::{ControllerSpec, Error, Monitor, RunConfig, RunPlan, Silent, Work, Workflow, files};
 use tropism_rig::file::RigFile;
 
 fn task(steps: u32) -> Task {
@@ -113,13 +113,14 @@ fn threads_and_interruptions_change_no_bit() {
     }
     let rest = Until::new(u64::MAX);
     assert_eq!(broken_off.execute(&rest).unwrap(), results);
-    assert_eq!((rest.skipped.into_inner(), rest.done.into_inner()), (7, 2));
+    // Two units, and three plants to judge.
+    assert_eq!((rest.skipped.into_inner(), rest.done.into_inner()), (7, 5));
     assert!(wanted == content(&broken_off.out));
     assert_eq!(TransferPlan::of_folder(&broken_off.out).unwrap(), broken_off);
     broken_off.seed = 2;
     broken_off.task = task(61);
     let refusal = broken_off.execute(&Silent).unwrap_err().to_string();
-    assert!(refusal.contains("plan.json: a comparison with other settings is here: "), "{refusal}");
+    assert!(refusal.contains("transfer.toml: a comparison with other settings is here: "), "{refusal}");
     assert!(refusal.contains("`seed` = 1, wanted 2; `task.max_steps` = 60, wanted 61:"), "{refusal}");
 }
 

@@ -8,7 +8,7 @@ use std::sync::{LazyLock, OnceLock};
 
 use reference::{Comparison, SKIPPED, TABLE, compare, histories, p_of_median, p_of_rank_sum, summary};
 use tropism::control::Sensors;
-use tropism::evolve::baseline;
+use tropism::evolve::{Baseline, random_scores};
 use tropism::plant::tip::TipModel;
 use tropism::task::{Reading, Task};
 use tropism_neat::{Config, Generation};
@@ -27,8 +27,9 @@ fn random_controllers_do_as_the_reference() {
     let Some(model) = model() else { return };
     // The reference reads eq. (9) to the letter.
     let task = Task::default().by(Reading::Letter);
-    let found =
-        baseline(model, &task, &Sensors::default(), &Config::wahby2016(), 1, 200_000, |_| true).unwrap();
+    let (sensors, neat) = (Sensors::default(), Config::wahby2016());
+    let scores = random_scores(model, &task, &sensors, &neat, 1, 0..200_000, |_| true).unwrap();
+    let found = Baseline::of(&scores, model, &sensors, &neat, 1);
     assert!((-8.6..=-7.5).contains(&found.median), "median {}", found.median);
     assert!((6.0..=8.0).contains(&found.best), "best {}", found.best);
 }

@@ -4,66 +4,74 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use tropism_lab::Work;
 use tropism_lab::baseline::{BaselinePlan, BaselineResults};
 
 use crate::options::{SeedOption, TaskOption};
-use crate::progress::{check_outputs, execute_and_print};
+use crate::progress::{check_outputs, for_user};
 use crate::shell::Shell;
+use crate::units::UnitsOption;
 
 /// Evaluate random controllers: the paper's baseline (section 3.1)
 ///
-/// Each is a network like those of NEAT's initial population. The paper evaluated two million.
+/// Each is a network like those of NEAT's initial population. The paper evaluated two million. Ctrl-C saves each whole
+/// million; --resume continues with the same results as without an interruption.
 #[derive(Args)]
-#[command(after_help = "Example:\n  tropism baseline --model model.json --count 200000 --out random.json")]
+#[command(
+    after_help = "Examples:\n  tropism baseline --model model.json --count 200000 --out random\n  tropism baseline --out random --resume"
+)]
 pub(crate) struct Baseline {
     /// Model, from `tropism fit`
-    #[arg(long, value_name = "model.json")]
-    model: PathBuf,
+    #[arg(long, value_name = "model.json", required_unless_present = "resume")]
+    model: Option<PathBuf>,
 
     /// Number of controllers
     #[arg(long, default_value_t = 2_000_000, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     count: u64,
 
-    /// File to write the genome of the best controller to
-    #[arg(long, value_name = "FILE.json")]
-    out: Option<PathBuf>,
+    /// Folder for the fitness of all, and for the best of them, champion.json
+    #[arg(long, value_name = "DIR", default_value = "baseline")]
+    out: PathBuf,
 
-    /// Replace an existing file
-    #[arg(long, requires = "out")]
-    force: bool,
+    /// Continue the baseline in DIR; it needs no other option
+    #[arg(long)]
+    resume: bool,
 
     #[command(flatten)]
     task: TaskOption,
 
     #[command(flatten)]
     seed: SeedOption,
+
+    #[command(flatten)]
+    units: UnitsOption,
 }
 
 impl Baseline {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let plan = BaselinePlan {
-            model: self.model,
-            task: self.task.load()?,
-            count: self.count,
-            seed: self.seed.seed,
-            out: self.out,
-            replace: self.force,
-            ..BaselinePlan::default()
+        let plan = match self.model {
+            None => BaselinePlan::of_folder(&self.out).map_err(for_user)?,
+            Some(model) => BaselinePlan {
+                model,
+                task: self.task.load()?,
+                count: self.count,
+                seed: self.seed.seed,
+                resume: self.resume,
+                out: self.out,
+                ..BaselinePlan::default()
+            },
         };
-        check_outputs(plan.out.as_slice(), [self.task.task.as_ref()])?;
-        execute_and_print(&plan, shell, |results| text(&plan, results))
+        check_outputs(&plan.outputs(), [self.task.task.as_ref()])?;
+        self.units.execute(&plan, shell, |results| text(&plan, results))
     }
 }
 
 fn text(plan: &BaselinePlan, results: &BaselineResults) -> String {
-    let BaselineResults { count, best, median, .. } = results;
-    let mut text = format!(
-        "best of {count} random controllers: {}; median {median:.2} {}",
+    let BaselineResults { count, best, median } = results;
+    format!(
+        "best of {count} random controllers: {}; median {median:.2} {}\nwrote {}",
         plan.task.fitness_in_words(*best),
         plan.task.kind.unit(),
-    );
-    if let Some(path) = &plan.out {
-        text += &format!("\nwrote {}", path.display());
-    }
-    text
+        plan.out.join("champion.json").display()
+    )
 }

@@ -10,11 +10,13 @@ use tropism_lab::calibrate::{
     CalibratePlan, ParameterRecovery, PlantEstimates, PooledEstimate, RecoveryPlan, pool,
 };
 
+use tropism_lab::Work;
 use tropism_lab::files::shell_word;
 
 use crate::options::{BeanOption, SeedOption};
-use crate::progress::{check_outputs, execute_and_print};
+use crate::progress::{check_outputs, execute_and_print, for_user};
 use crate::shell::Shell;
+use crate::units::UnitsOption;
 
 /// Estimate the parameters of plants from their open-loop tracks
 ///
@@ -22,32 +24,32 @@ use crate::shell::Shell;
 /// (nu), motile zone (La), memory of light (tau_p) and period of circumnutation (Tcn); of several plants also their
 /// spread. `prior` is the share of an estimate that is the species' own: near 100 % the track says nothing about the
 /// parameter. The tracks must show both lamps in turn. Half a day gives wide intervals, three days those in
-/// docs/validation/calibration.md. Ctrl-C leaves the estimates of the plants that are done in BEAN.part.toml.
+/// docs/validation/calibration.md. Ctrl-C saves each plant that is done; --resume goes on.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
-    tropism calibrate tent/1/track.csv tent/2/track.csv --out mine.toml\n  \
-    tropism calibrate tent --out mine.toml\n  \
+    tropism calibrate tent/1/track.csv tent/2/track.csv --out mine\n  \
+    tropism calibrate tent --out mine\n  \
     tropism calibrate --recover 50")]
 pub(crate) struct Calibrate {
     /// Tracks, a plant each, or folders of runs or tracks
-    #[arg(value_name = "TRACK.csv|DIR", required_unless_present = "recover")]
+    #[arg(value_name = "TRACK.csv|DIR", required_unless_present_any = ["recover", "resume"])]
     tracks: Vec<PathBuf>,
 
     /// Minutes between the rows of the tracks
     #[arg(long, default_value_t = PAPER_PERIOD_MIN, value_name = "MIN")]
     interval: f64,
 
-    /// Bean file to write: the species with these estimates and their spread
-    #[arg(long, value_name = "BEAN.toml")]
-    out: Option<PathBuf>,
+    /// Folder for the estimates, and for a bean file, bean.toml: the species with these estimates and their spread
+    #[arg(long, value_name = "DIR", default_value = "calibration")]
+    out: PathBuf,
 
-    /// Replace an existing file
-    #[arg(long, requires = "out")]
-    force: bool,
+    /// Continue the calibration in DIR; without tracks with its own settings
+    #[arg(long)]
+    resume: bool,
 
     /// Estimate known parameters of N virtual plants instead: bias, error, and share of intervals that contain the
     /// truth
-    #[arg(long, value_name = "N", conflicts_with_all = ["tracks", "out", "interval"], value_parser = clap::value_parser!(u32).range(2..=10_000))]
+    #[arg(long, value_name = "N", conflicts_with_all = ["tracks", "resume", "interval", "unit", "list"], value_parser = clap::value_parser!(u32).range(2..=10_000))]
     recover: Option<u32>,
 
     #[command(flatten)]
@@ -55,6 +57,9 @@ pub(crate) struct Calibrate {
 
     #[command(flatten)]
     seed: SeedOption,
+
+    #[command(flatten)]
+    units: UnitsOption,
 }
 
 impl Calibrate {
@@ -64,15 +69,19 @@ impl Calibrate {
             let plan = RecoveryPlan { plants, species, seed: self.seed.seed };
             return execute_and_print(&plan, shell, |rows| recovery_text(plants, rows));
         }
-        let plan = CalibratePlan {
-            tracks: self.tracks,
-            interval_min: self.interval,
-            species,
-            out: self.out,
-            replace: self.force,
+        let plan = if self.tracks.is_empty() {
+            CalibratePlan::of_folder(&self.out).map_err(for_user)?
+        } else {
+            CalibratePlan {
+                tracks: self.tracks,
+                interval_min: self.interval,
+                species,
+                resume: self.resume,
+                out: self.out,
+            }
         };
         check_outputs(&plan.outputs(), [self.bean.bean.as_ref()])?;
-        execute_and_print(&plan, shell, |plants| text(&plan, plants))
+        self.units.execute(&plan, shell, |plants| text(&plan, plants))
     }
 }
 
@@ -99,11 +108,8 @@ fn text(plan: &CalibratePlan, plants: &[PlantEstimates]) -> String {
             text += &format!("  {letter:<6} {key:<24} {mean:>8.4}  {:>3.0} % {unit}\n", 100.0 * spread);
         }
     }
-    if let Some(out) = &plan.out {
-        text +=
-            &format!("wrote {}\nnext: tropism grow --bean {} --out grown\n", out.display(), shell_word(out));
-    }
-    text.trim_end().to_owned()
+    let bean = plan.bean();
+    text + &format!("wrote {}\nnext: tropism grow --bean {} --out grown", bean.display(), shell_word(&bean))
 }
 
 fn recovery_text(plants: u32, rows: &[ParameterRecovery]) -> String {

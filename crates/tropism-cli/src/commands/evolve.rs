@@ -7,15 +7,16 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use tropism::evolve::{Method, Start};
-use tropism_lab::Monitor;
 use tropism_lab::evolve::{CHECKPOINT_S, EvolutionRunSummary, EvolveConfig, EvolvePlan, EvolveResults};
 use tropism_lab::files::shell_word;
 use tropism_lab::units::plural;
+use tropism_lab::{Monitor, Work};
 use tropism_neat::{Config, Generation};
 
 use crate::options::TaskOption;
 use crate::progress::{ProgressMonitor, check_outputs, execute_with, for_user};
 use crate::shell::Shell;
+use crate::units::UnitsOption;
 
 /// Evolve controllers on a model with NEAT, eqs. (4)-(9), Table 1
 ///
@@ -56,16 +57,16 @@ pub(crate) struct Evolve {
     #[arg(long, value_name = "N")]
     population: Option<usize>,
 
-    /// Parameters of NEAT: Table 1 with MultiNEAT's defaults (the default), or with those of its ball-keeper example
+    /// Parameters of NEAT: Table 1 with MultiNEAT's defaults (the default), or its ball-keeper's
     #[arg(long, value_enum, conflicts_with = "config")]
     preset: Option<Preset>,
 
-    /// Simulated plants that each genome steers, whose mean is its fitness; 1 by default
+    /// Simulated plants whose mean is a genome's fitness; 1 by default
     #[arg(long, value_name = "N")]
     episodes: Option<u32>,
 
-    /// First population: random networks (the default), or one that steers as the greedy controller does and mutants of it. The latter
-    /// needs the sensor to_target in a file of settings
+    /// First population: random networks (the default), or one that steers as greedy does and mutants of it, which needs the sensor
+    /// to_target
     #[arg(long, value_enum)]
     start: Option<StartOption>,
 
@@ -78,7 +79,7 @@ pub(crate) struct Evolve {
     #[arg(long, value_enum)]
     method: Option<MethodOption>,
 
-    /// Continue the evolution in DIR; it needs no file, and may be given more generations
+    /// Continue the evolution in DIR, also with more generations
     #[arg(long)]
     resume: bool,
 
@@ -86,14 +87,17 @@ pub(crate) struct Evolve {
     #[arg(long, default_value_t = CHECKPOINT_S, value_name = "SECONDS")]
     checkpoint: u64,
 
-    /// Print one JSON object for each generation of each run as it comes, and the one of --json at the end
-    #[arg(long)]
+    /// Print one JSON object for each generation as it comes, and the one of --json at the end
+    #[arg(long, conflicts_with_all = ["unit", "list", "engine"])]
     json_lines: bool,
 
     /// Seed of all random numbers, 1 by default: the same seed gives the same results
     // TOML, in which it is kept, has no larger numbers.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
+
+    #[command(flatten)]
+    units: UnitsOption,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -165,12 +169,10 @@ impl Evolve {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let plan = self.plan()?;
         check_outputs(&plan.outputs(), [self.task.task.as_ref(), self.config.as_ref(), self.from.as_ref()])?;
-        let progress = ProgressMonitor::new(shell);
         if !self.json_lines {
-            let results = execute_with(&plan, &progress)?;
-            drop(progress);
-            return shell.result(&text(&plan, &results), &results);
+            return self.units.execute(&plan, shell, |results| text(&plan, results));
         }
+        let progress = ProgressMonitor::new(shell);
         let monitor = GenerationPrinter { shell, progress, error: Mutex::new(None) };
         let results = execute_with(&plan, &monitor);
         match monitor.error.into_inner().unwrap_or_else(PoisonError::into_inner) {

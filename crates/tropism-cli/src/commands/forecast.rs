@@ -4,12 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use tropism_lab::Work;
 use tropism_lab::forecast::{ForecastError, ForecastPlan, ForecastResults, LightForecasts, Truth};
 use tropism_lab::units::plural;
 
 use crate::options::{BeanOption, SeedOption, checked_variation};
-use crate::progress::{check_outputs, execute_and_print};
+use crate::progress::{check_outputs, for_user};
 use crate::shell::Shell;
+use crate::units::UnitsOption;
 
 /// Compare models by what they predict of plants that were left out
 ///
@@ -25,7 +27,7 @@ use crate::shell::Shell;
     tropism forecast --models lab-1/stem.json lab-2/stem.json    one row, its interval over both replicates")]
 pub(crate) struct Forecast {
     /// Model files of `tropism fit`; those of one file name are one model of several replicates
-    #[arg(long, required = true, num_args = 1.., value_name = "model.json")]
+    #[arg(long, required_unless_present = "resume", num_args = 1.., value_name = "model.json")]
     models: Vec<PathBuf>,
 
     /// Tracks of plants that were left out, and folders of runs or of tracks; virtual beans by default
@@ -48,23 +50,30 @@ pub(crate) struct Forecast {
     #[arg(long, default_value_t = 1.0, value_name = "X")]
     variation: f64,
 
-    /// Folder for forecast.json and the figure; none by default
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    /// Folder for the scores of each model, forecast.json and the figure
+    #[arg(long, value_name = "DIR", default_value = "forecast")]
+    out: PathBuf,
 
-    /// Replace existing results
-    #[arg(long, requires = "out")]
-    force: bool,
+    /// Continue the forecasts in DIR; without --models with their own settings
+    #[arg(long)]
+    resume: bool,
 
     #[command(flatten)]
     bean: BeanOption,
 
     #[command(flatten)]
     seed: SeedOption,
+
+    #[command(flatten)]
+    units: UnitsOption,
 }
 
 impl Forecast {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        if self.models.is_empty() {
+            let plan = ForecastPlan::of_folder(&self.out).map_err(for_user)?;
+            return self.units.execute(&plan, shell, |results| text(&plan, results));
+        }
         let mut plan = ForecastPlan {
             models: self.models,
             tracks: self.tracks,
@@ -72,8 +81,8 @@ impl Forecast {
             horizons_min: self.horizons,
             interval_min: self.interval,
             seed: self.seed.seed,
+            resume: self.resume,
             out: self.out,
-            replace: self.force,
             ..ForecastPlan::default()
         };
         plan.greenhouse.variation = checked_variation(self.variation)?;
@@ -81,7 +90,7 @@ impl Forecast {
             plan.greenhouse.bean = bean;
         }
         check_outputs(&plan.outputs(), [self.bean.bean.as_ref()])?;
-        execute_and_print(&plan, shell, |results| text(&plan, results))
+        self.units.execute(&plan, shell, |results| text(&plan, results))
     }
 }
 
@@ -105,10 +114,7 @@ fn text(plan: &ForecastPlan, results: &ForecastResults) -> String {
         text += "\n";
     }
     text += "error with its 95 % interval over plants and replicates; then the share of the plant within the 90 % interval";
-    if let Some(out) = &plan.out {
-        text += &format!("\nwrote {0}/forecast.json and {0}/figure-forecast.svg", out.display());
-    }
-    text
+    text + &format!("\nwrote {0}/forecast.json and {0}/figure-forecast.svg", plan.out.display())
 }
 
 /// One line a model of which `errors` says something.

@@ -5,13 +5,15 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use tropism_lab::Work;
 use tropism_lab::transfer::{OverPlants, TEST_PLANTS, TransferPlan, TransferResults, read_controllers};
 use tropism_lab::units::plural;
 
 use crate::controller::{ControllerName, conditions_of, note_other_task};
 use crate::options::{BeanOption, SeedOption, TaskOption, checked_variation};
-use crate::progress::{check_outputs, execute_and_print, for_user};
+use crate::progress::{check_outputs, for_user};
 use crate::shell::Shell;
+use crate::units::UnitsOption;
 
 /// Compare controllers on the same many unseen virtual plants
 ///
@@ -76,6 +78,9 @@ pub(crate) struct Transfer {
 
     #[command(flatten)]
     seed: SeedOption,
+
+    #[command(flatten)]
+    units: UnitsOption,
 }
 
 impl Transfer {
@@ -88,7 +93,7 @@ impl Transfer {
                 model: self.model.or(found.model),
                 ..found
             };
-            return execute_and_print(&plan, shell, |results| text(&plan, results));
+            return self.units.execute(&plan, shell, |results| text(&plan, results));
         }
         let variation = checked_variation(self.variation)?;
         let sources: Vec<_> = self.controllers.iter().map(ControllerName::source).collect();
@@ -121,7 +126,7 @@ impl Transfer {
         plan.greenhouse = plan.greenhouse.for_task(&plan.task);
         let files = self.controllers.iter().map(ControllerName::file);
         check_outputs(&plan.outputs(), files.chain([self.task.task.as_ref(), self.bean.bean.as_ref()]))?;
-        execute_and_print(&plan, shell, |results| text(&plan, results))
+        self.units.execute(&plan, shell, |results| text(&plan, results))
     }
 }
 

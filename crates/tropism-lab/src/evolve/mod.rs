@@ -18,20 +18,20 @@ use tropism::evolve::{self, Champion, Choice, Evolution, EvolutionConfig, Evolut
 use tropism::math::statistics::median;
 use tropism::parallel;
 use tropism::task::Task;
-use tropism_bean::Species;
 use tropism_neat::Genome;
 
 pub use self::config::EvolveConfig;
 pub use self::history::EvolutionHistory;
 pub use self::record::EvolutionRecord;
 pub(crate) use self::record::champion_path;
+pub use self::runs::Evolving;
 pub(crate) use self::status::status;
 pub use self::status::{EvolutionStatus, RunProgress};
 use crate::model::Model;
-use crate::reach::note_out_of_reach;
 use crate::sequences;
-use crate::stopwatch::{Stopwatch, timed};
+use crate::stopwatch::timed;
 use crate::task::check_goal;
+use crate::work::{self, Work};
 use crate::{Error, Monitor, Workflow, champion, files, model};
 
 /// Default of [`EvolvePlan::trial_plants`]: the standard error of a mean over 200 plants is 0.07 standard deviations.
@@ -171,20 +171,48 @@ impl Workflow for EvolvePlan {
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<EvolveResults, Error> {
-        let stopwatch = Stopwatch::start();
-        let model = model::read_for(&self.model, &self.task, monitor)?;
-        note_out_of_reach(&self.task, &Species::default(), monitor);
-        let evolution = Evolution::new(&model, &self.task, self.evolution.clone(), self.seed)
-            .map_err(Error::in_plan("evolution"))?;
-        let json = model.to_json();
-        let _lock = EvolutionRecord::new(self, &model).claim(&self.out, &json, self.resume)?;
-        let total = u64::from(self.evolution.runs) * u64::from(self.evolution.generations);
-        monitor.stage("evolve", total);
-        let (runs, evolving_s) = self.evolve(&evolution, monitor)?;
-        let (champions, trying_s) = self.summarize(&runs, &evolution, &model, monitor)?;
+        work::perform(self, monitor)
+    }
+}
+
+impl Work for EvolvePlan {
+    const WORKFLOW: &'static str = "evolve";
+    const NAME: &'static str = "an evolution";
+    const RECORD: &'static str = "evolution.toml";
+    const RESULTS: &'static [&'static str] = &["summary.json", "champion.json"];
+
+    type Begun<'p> = Evolving<'p>;
+
+    fn out(&self) -> &Path {
+        &self.out
+    }
+
+    fn is_resumed(&self) -> bool {
+        self.resume
+    }
+
+    fn of_folder(out: &Path) -> Result<Self, Error> {
+        let EvolutionRecord { seed, trial_plants, task, evolution, .. } = EvolutionRecord::read(out)?;
+        let model = out.join(MODEL);
+        if !model.exists() {
+            return Err(Error::Plan(format!("{}: there is no such file: name the `model`", model.display())));
+        }
+        let (out, resume) = (out.to_owned(), true);
+        Ok(Self { model, out, task, evolution, trial_plants, seed, resume, ..Self::default() })
+    }
+
+    fn begin(&self, monitor: &dyn Monitor) -> Result<Evolving<'_>, Error> {
+        Evolving::new(self, model::read_for(&self.model, &self.task, monitor)?)
+    }
+
+    fn collect(&self, evolving: &Evolving<'_>, monitor: &dyn Monitor) -> Result<EvolveResults, Error> {
+        let (runs, model, evolution) = (evolving.runs(monitor)?, &evolving.model, evolving.evolution()?);
+        let (champions, trying_s) = self.summarize(&runs, &evolution, model, monitor)?;
         let champion = Choice::of(champions.iter().map(|(_, run)| run.transfer).collect()).run;
+        let json = model.to_json();
+        files::make_folder(&self.out.join("champions"))?;
         for (index, (genome, summary)) in champions.iter().enumerate() {
-            let one = Champion { expected: summary.expected(), ..self.champion(genome, &model, &json) };
+            let one = Champion { expected: summary.expected(), ..self.champion(genome, model, &json) };
             champion::write(&champion_path(&self.out, index), &one)?;
             if index == champion {
                 champion::write(&self.out.join("champion.json"), &one)?;
@@ -196,8 +224,8 @@ impl Workflow for EvolvePlan {
             evaluations: summaries.iter().map(|run| run.evaluations).sum(),
             runs: summaries,
             champion,
-            cpu_seconds: evolving_s + trying_s,
-            wall_seconds: stopwatch.wall_seconds(),
+            cpu_seconds: evolving.cpu_seconds() + trying_s,
+            wall_seconds: evolving.wall_seconds(),
         };
         files::write_unterminated_json(&self.out.join("summary.json"), &results)?;
         if model.is_virtual() {
@@ -211,20 +239,6 @@ impl Workflow for EvolvePlan {
 type Summarized<'r> = (&'r Genome, EvolutionRunSummary);
 
 impl EvolvePlan {
-    /// The plan that goes on with the evolution in the folder `out`, from its `evolution.toml` and `model.json` alone.
-    ///
-    /// # Errors
-    /// [`Error`] if one of them cannot be read.
-    pub fn of_folder(out: &Path) -> Result<Self, Error> {
-        let EvolutionRecord { seed, trial_plants, task, evolution, .. } = EvolutionRecord::read(out)?;
-        let model = out.join(MODEL);
-        if !model.exists() {
-            return Err(Error::Plan(format!("{}: there is no such file: name the `model`", model.display())));
-        }
-        let (out, resume) = (out.to_owned(), true);
-        Ok(Self { model, out, task, evolution, trial_plants, seed, resume, ..Self::default() })
-    }
-
     /// Starts evolution from the champion in `path`: from its network, with its sensors.
     ///
     /// # Errors

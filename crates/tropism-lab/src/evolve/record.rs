@@ -7,10 +7,9 @@ use tropism::evolve::{Champion, EvolutionConfig, EvolutionRun};
 use tropism::task::Task;
 use tropism_neat::Genome;
 
-use super::{EvolvePlan, MODEL};
+use super::EvolvePlan;
 use crate::model::Model;
-use crate::workflow::other_settings;
-use crate::{Error, FolderLock, files, lock};
+use crate::{Error, files};
 
 /// Everything that decides the results of an evolution: the content of `evolution.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -90,43 +89,8 @@ impl EvolutionRecord {
         self.model_sha256 == digest(model)
     }
 
-    /// Makes `folder`, or checks that the evolution in it is this one, and locks it until the result is dropped.
-    /// `model` is copied into it first: an evolution with its record has all that it needs.
-    pub(super) fn claim(&self, folder: &Path, model: &str, is_resumed: bool) -> Result<FolderLock, Error> {
-        let path = Self::path(folder);
-        let text = files::toml_of(&path, self)?;
-        let mut is_extended = false;
-        if path.exists() {
-            if !is_resumed {
-                return Err(Error::Plan(format!(
-                    "{}: an evolution is here already: choose a new folder, or go on with it by `resume`",
-                    folder.display()
-                )));
-            }
-            let known = files::read_text(&path)?;
-            is_extended = files::parse_toml(&path, &known).is_ok_and(|known| self.extends(&known));
-            if known != text && !is_extended {
-                let [found, wanted] = [&known, &text].map(|text| files::parse_toml(&path, text));
-                return Err(other_settings(&path, "an evolution", &found?, &wanted?));
-            }
-        }
-        files::make_folder(&folder.join("champions"))?;
-        let lock = lock(folder)?;
-        if is_extended {
-            // They are of fewer generations.
-            for name in ["summary.json", "champion.json"] {
-                files::remove(&folder.join(name))?;
-            }
-        }
-        if !path.exists() || !folder.join(MODEL).exists() {
-            files::write(&folder.join(MODEL), model.as_bytes())?;
-        }
-        files::write(&path, text.as_bytes())?;
-        Ok(lock)
-    }
-
     /// Whether this is the evolution `known` with more generations: the first of them are the same to the bit.
-    fn extends(&self, known: &Self) -> bool {
+    pub(super) fn extends(&self, known: &Self) -> bool {
         let generations = known.evolution.generations;
         let shortened = EvolutionConfig { generations, ..self.evolution.clone() };
         self.evolution.generations > generations && Self { evolution: shortened, ..self.clone() } == *known

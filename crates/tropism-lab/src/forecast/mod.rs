@@ -22,6 +22,7 @@ use self::score::{PlantScore, score, score_still};
 use crate::model::{self, Model};
 use crate::statistics::{Bootstrap, interval_over_replicates};
 use crate::units::plural;
+use crate::work::{self, Input, Pace, Place, Record, Stage, Unit, Units, Work};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Compares models by their forecasts of plants that were left out.
@@ -43,11 +44,10 @@ pub struct ForecastPlan {
     pub greenhouse: Greenhouse,
     /// Seed of the virtual beans and of the forecasts.
     pub seed: u64,
-    /// Folder for `forecast.json` and the figure.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub out: Option<PathBuf>,
-    /// Whether results that are there are replaced.
-    pub replace: bool,
+    /// Whether to continue forecasts in `out`.
+    pub resume: bool,
+    /// Folder for the scores of each model, `forecast.json` and the figure.
+    pub out: PathBuf,
 }
 
 impl Default for ForecastPlan {
@@ -60,8 +60,8 @@ impl Default for ForecastPlan {
             interval_min: 60.0,
             greenhouse: Greenhouse::default(),
             seed: 1,
-            out: None,
-            replace: false,
+            resume: false,
+            out: "forecast".into(),
         }
     }
 }
@@ -154,85 +154,224 @@ impl Workflow for ForecastPlan {
             )));
         }
         let inputs: Vec<PathBuf> = self.models.iter().chain(&self.tracks).cloned().collect();
-        files::check_outputs(&self.outputs(), &inputs)?;
-        self.outputs().iter().try_for_each(|output| files::check_free(output, self.replace))
+        files::check_outputs(&self.outputs(), &inputs)
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<ForecastResults, Error> {
-        let groups = self.groups()?;
-        let models = || groups.iter().flat_map(|(_, models)| models);
-        let first = models().next().expect("at least one model, as checked");
+        work::perform(self, monitor)
+    }
+}
+
+/// What decides the results of forecasts: the content of `forecast.toml`.
+#[derive(Serialize, Deserialize)]
+struct ForecastRecord {
+    schema: String,
+    version: String,
+    plants: u32,
+    horizons_min: Vec<f64>,
+    interval_min: f64,
+    seed: u64,
+    models: Vec<Input>,
+    tracks: Vec<Input>,
+    greenhouse: Greenhouse,
+}
+
+impl Work for ForecastPlan {
+    const WORKFLOW: &'static str = "forecast";
+    const NAME: &'static str = "a comparison of forecasts";
+    const RECORD: &'static str = "forecast.toml";
+    const RESULTS: &'static [&'static str] = &["forecast.json"];
+
+    type Begun<'p> = Forecasting<'p>;
+
+    fn out(&self) -> &Path {
+        &self.out
+    }
+
+    fn is_resumed(&self) -> bool {
+        self.resume
+    }
+
+    /// Models and tracks must still be where they were.
+    fn of_folder(out: &Path) -> Result<Self, Error> {
+        let ForecastRecord { plants, horizons_min, interval_min, seed, models, tracks, greenhouse, .. } =
+            files::read_toml(&out.join(Self::RECORD))?;
+        let [models, tracks] =
+            [models, tracks].map(|inputs| inputs.into_iter().map(|input| input.file).collect());
+        let (resume, out) = (true, out.to_owned());
+        Ok(Self { models, tracks, plants, horizons_min, interval_min, greenhouse, seed, resume, out })
+    }
+
+    fn begin(&self, monitor: &dyn Monitor) -> Result<Forecasting<'_>, Error> {
+        let models: Vec<Model> =
+            self.models.iter().map(|path| model::read(path)).collect::<Result<_, _>>()?;
+        let first = models.first().expect("at least one model, as checked");
         let (truth, lights) = if self.tracks.is_empty() {
             let period_min = first.period_min();
             (Truth::NoiseFree, grown(self, first.layout(), period_min, first.kind().is_in_space(), monitor)?)
         } else {
             (Truth::Measured, vec![("tracks".to_owned(), measured(&self.tracks)?)])
         };
-        let is_virtual = lights.iter().flat_map(|(_, plants)| plants).any(|plant| plant.is_virtual);
-        let units: usize = lights.iter().map(|(_, plants)| plants.len() * models().count()).sum();
-        monitor.stage("forecast", units as u64);
         let plants = || lights.iter().flat_map(|(_, plants)| plants);
-        let in_space = models().all(|model| model.kind().is_in_space()) && plants().all(LeftOut::is_in_space);
+        let in_space =
+            models.iter().all(|model| model.kind().is_in_space()) && plants().all(LeftOut::is_in_space);
         let view = if in_space { View::Space } else { View::Front };
-        let lights =
-            lights.iter().map(|(light, plants)| self.judge(light.clone(), plants, &groups, view, monitor));
-        let results = ForecastResults {
-            is_virtual,
-            truth,
-            in_space,
-            horizons_min: self.horizons_min.clone(),
-            lights: lights.collect::<Result<_, _>>()?,
-        };
-        if let Some(out) = &self.out {
-            files::make_folder(out)?;
-            files::write_json(&out.join("forecast.json"), &results)?;
-            let (name, bytes) = figure(&results).files().remove(0);
-            files::write(&out.join(name), &bytes)?;
+        for model in &models {
+            plants().try_for_each(|plant| check_fits(model, plant))?;
         }
+        let lights = lights.into_iter().map(|(name, plants)| self.starts_under(name, plants, view));
+        Ok(Forecasting { plan: self, truth, lights: lights.collect::<Result<_, _>>()?, view, models })
+    }
+
+    fn collect(&self, work: &Forecasting<'_>, _monitor: &dyn Monitor) -> Result<ForecastResults, Error> {
+        let results = ForecastResults {
+            is_virtual: work.lights.iter().flat_map(|light| &light.plants).any(|plant| plant.is_virtual),
+            truth: work.truth,
+            in_space: work.view == View::Space,
+            horizons_min: self.horizons_min.clone(),
+            lights: (0..work.lights.len()).map(|light| work.results(light)).collect::<Result<_, _>>()?,
+        };
+        files::write_json(&self.out.join("forecast.json"), &results)?;
+        let (name, bytes) = figure(&results).files().remove(0);
+        files::write(&self.out.join(name), &bytes)?;
         Ok(results)
     }
 }
 
-impl ForecastPlan {
-    /// The files that are written.
-    #[must_use]
-    pub fn outputs(&self) -> Vec<PathBuf> {
-        let names = ["forecast.json", "figure-forecast.svg"];
-        self.out.iter().flat_map(|out| names.map(|name| out.join(name))).collect()
+/// Plants under one kind of light, and from where they are forecast.
+struct UnderLight {
+    name: String,
+    plants: Vec<LeftOut>,
+    /// The starts of each plant.
+    starts: Vec<Vec<usize>>,
+}
+
+impl UnderLight {
+    /// Those with a start, and their numbers: others judge nothing.
+    fn judged(&self) -> Vec<(u32, &LeftOut, &Vec<usize>)> {
+        let numbered = (0..)
+            .zip(&self.plants)
+            .zip(&self.starts)
+            .map(|((number, plant), starts)| (number, plant, starts));
+        numbered.filter(|(.., starts)| !starts.is_empty()).collect()
+    }
+}
+
+/// Forecasts at work.
+pub struct Forecasting<'p> {
+    plan: &'p ForecastPlan,
+    truth: Truth,
+    lights: Vec<UnderLight>,
+    view: View,
+    /// In the order of the plan.
+    models: Vec<Model>,
+}
+
+impl Forecasting<'_> {
+    /// The file with the scores of a model, from 0, under a kind of light.
+    fn path(&self, light: usize, model: usize) -> PathBuf {
+        self.plan.out.join("scores").join(format!("{}-{:04}.json", self.lights[light].name, model + 1))
     }
 
-    /// The models by their names, in the order in which the names come first.
-    fn groups(&self) -> Result<Vec<(String, Vec<Model>)>, Error> {
-        let mut groups: Vec<(String, Vec<Model>)> = Vec::new();
-        for path in &self.models {
-            let model = model::read(path)?;
+    /// The kind of light and the model of a unit.
+    fn of_unit(&self, unit: usize) -> (usize, usize) {
+        (unit / self.models.len(), unit % self.models.len())
+    }
+
+    /// The numbers of the models by their names, in the order in which the names come first.
+    fn groups(&self) -> Vec<(String, Vec<usize>)> {
+        let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+        for (number, path) in self.plan.models.iter().enumerate() {
             let name = name_of(path);
             match groups.iter_mut().find(|(known, _)| *known == name) {
-                Some((_, models)) => models.push(model),
-                None => groups.push((name, vec![model])),
+                Some((_, models)) => models.push(number),
+                None => groups.push((name, vec![number])),
             }
         }
-        Ok(groups)
+        groups
     }
 
-    fn judge(
-        &self,
-        light: String,
-        plants: &[LeftOut],
-        groups: &[(String, Vec<Model>)],
-        view: View,
-        monitor: &dyn Monitor,
-    ) -> Result<LightForecasts, Error> {
-        for model in groups.iter().flat_map(|(_, models)| models) {
-            plants.iter().try_for_each(|plant| check_fits(model, plant))?;
+    fn results(&self, light: usize) -> Result<LightForecasts, Error> {
+        let (plan, under) = (self.plan, &self.lights[light]);
+        let judged = under.judged();
+        let still = (judged.iter())
+            .map(|(_, plant, starts)| score_still(plant, starts, &plan.horizons_min, self.view));
+        let mut models = vec![plan.row("standing still", &[still.collect()])];
+        for (name, replicates) in self.groups() {
+            let read = |&model: &usize| {
+                files::read_as(&self.path(light, model), |text| serde_json::from_str::<Vec<PlantScore>>(text))
+            };
+            let scores: Vec<Vec<PlantScore>> = replicates.iter().map(read).collect::<Result<_, _>>()?;
+            models.push(plan.row(&name, &scores));
         }
+        let starts = under.starts.iter().map(Vec::len).sum();
+        Ok(LightForecasts { light: under.name.clone(), plants: judged.len(), starts, models })
+    }
+}
+
+impl Units for Forecasting<'_> {
+    fn record(&self) -> Result<Record, Error> {
+        let plan = self.plan.clone();
+        let content = ForecastRecord {
+            schema: ForecastPlan::SCHEMA.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            plants: plan.plants,
+            horizons_min: plan.horizons_min,
+            interval_min: plan.interval_min,
+            seed: plan.seed,
+            models: Input::all(plan.models)?,
+            tracks: Input::all(files::track_files(&plan.tracks)?)?,
+            greenhouse: plan.greenhouse,
+        };
+        Record::of(self.plan, &content)
+    }
+
+    fn stages(&self) -> Vec<Stage> {
+        let unit = |unit: usize| {
+            let (light, model) = self.of_unit(unit);
+            let (under, path) = (&self.lights[light], &self.plan.models[model]);
+            let name = format!("{}-{:04}", under.name, model + 1);
+            let about = format!("{} on plants under {} light", path.display(), under.name);
+            Unit { size: under.judged().len() as u64, ..Unit::new(name, about) }
+        };
+        let units = (0..self.lights.len() * self.models.len()).map(unit).collect();
+        vec![Stage { name: "forecast".to_owned(), pace: Pace::OneAfterAnother, units }]
+    }
+
+    fn is_done(&self, place: Place) -> Result<bool, Error> {
+        let (light, model) = self.of_unit(place.unit);
+        Ok(self.path(light, model).exists())
+    }
+
+    fn execute(&self, place: Place, monitor: &dyn Monitor) -> Result<(), Error> {
+        let ForecastPlan { horizons_min, seed, out, .. } = self.plan;
+        let (light, model) = self.of_unit(place.unit);
+        let judged = self.lights[light].judged();
+        let of_plant = |&(number, plant, starts): &(u32, &LeftOut, &Vec<usize>)| {
+            if !monitor.may_go_on() {
+                return Err(Error::Interrupted { folder: out.clone() });
+            }
+            let scored = score(&self.models[model], plant, starts, horizons_min, self.view, *seed, number);
+            monitor.advance(1);
+            Ok(scored)
+        };
+        let scores: Vec<PlantScore> = parallel::try_map(judged.len(), |number| of_plant(&judged[number]))?;
+        files::make_folder(&out.join("scores"))?;
+        Ok(files::write_json(&self.path(light, model), &scores)?)
+    }
+}
+
+impl ForecastPlan {
+    /// The files that are written to [`out`](Self::out), but for those of single models.
+    #[must_use]
+    pub fn outputs(&self) -> Vec<PathBuf> {
+        [Self::RECORD, "forecast.json", "figure-forecast.svg"].map(|name| self.out.join(name)).into()
+    }
+
+    fn starts_under(&self, name: String, plants: Vec<LeftOut>, view: View) -> Result<UnderLight, Error> {
         let starts: Vec<Vec<usize>> =
             plants.iter().map(|plant| plant.starts(&self.horizons_min, self.interval_min, view)).collect();
-        // Plants without a start judge nothing.
-        let scored: Vec<(u32, &LeftOut, &Vec<usize>)> =
-            (0..).zip(plants).zip(&starts).map(|((number, plant), starts)| (number, plant, starts)).collect();
-        let scored: Vec<_> = scored.into_iter().filter(|(.., starts)| !starts.is_empty()).collect();
-        if scored.is_empty() {
+        if starts.iter().all(Vec::is_empty) {
             let longest = self.horizons_min.iter().copied().fold(0.0, f64::max);
             return Err(Error::Plan(format!(
                 "found no start in {}, wanted a measured tip below {} cm with {longest} minutes of lit steps after it, \
@@ -241,25 +380,7 @@ impl ForecastPlan {
                 left_out::HIGHEST_START_CM
             )));
         }
-        let still =
-            scored.iter().map(|(_, plant, starts)| score_still(plant, starts, &self.horizons_min, view));
-        let mut models = vec![self.row("standing still", &[still.collect()])];
-        for (name, replicates) in groups {
-            let of_replicate = |model: &Model| -> Result<Vec<PlantScore>, Error> {
-                let of_plant = |(number, plant, starts): &(u32, &LeftOut, &Vec<usize>)| {
-                    if !monitor.may_go_on() {
-                        return Err(Error::cancelled());
-                    }
-                    let scored = score(model, plant, starts, &self.horizons_min, view, self.seed, *number);
-                    monitor.advance(1);
-                    Ok(scored)
-                };
-                parallel::try_map(scored.len(), |number| of_plant(&scored[number]))
-            };
-            let scores = replicates.iter().map(of_replicate).collect::<Result<Vec<_>, _>>()?;
-            models.push(self.row(name, &scores));
-        }
-        Ok(LightForecasts { light, plants: scored.len(), starts: starts.iter().map(Vec::len).sum(), models })
+        Ok(UnderLight { name, plants, starts })
     }
 
     /// The row of a model, from the scores of each replicate on each plant.

@@ -1,5 +1,6 @@
 //! The forecasts of one model for one plant, judged.
 
+use serde::{Deserialize, Serialize};
 use tropism::geometry::space::SpacePoint;
 use tropism::math::statistics::mean;
 use tropism::math::vector::distance;
@@ -20,7 +21,7 @@ const END: usize = 2;
 const AT_STARTS: &str = "starts are known, and followed by what is known";
 
 /// How much forecasts miss at one horizon: means over the starts.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Miss {
     /// Distance from the mean of the members to the truth, in cm.
     pub(super) distance_cm: f64,
@@ -29,7 +30,7 @@ pub(super) struct Miss {
 }
 
 /// The forecasts of one model for one plant: misses at each horizon.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct PlantScore {
     pub(super) tip: Vec<Miss>,
     /// `None` where the model or the plant has no stem.

@@ -8,7 +8,7 @@ use tropism::track::{Sample, Track};
 use tropism_bean::tent::TentHandle;
 
 use super::{GrowPlan, GrownPlant};
-use crate::workflow::check_same;
+use crate::work::check_same;
 use crate::{Error, Monitor, files, lock};
 
 /// A camera of the virtual tent.

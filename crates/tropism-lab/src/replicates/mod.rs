@@ -34,13 +34,12 @@ use crate::evolve::{EvolvePlan, TRIAL_PLANTS};
 use crate::files::{self, FileError};
 use crate::fit::{FitPlan, ModelKind};
 use crate::grow::GrowPlan;
-use crate::lock::{FolderLock, lock};
 use crate::planner::PlannerFile;
 use crate::sequences;
 use crate::task::check_goal;
 use crate::transfer::{NamedController, TEST_PLANTS, TransferPlan, TransferResults, check_name};
 use crate::tune::TunePlan;
-use crate::workflow::check_same;
+use crate::work::{self, News, Pace, Place, Record, Stage, Unit, Units, Work};
 use crate::{Error, Monitor, Workflow};
 
 /// Name of the greedy rule among the controllers of a scenario.
@@ -379,23 +378,54 @@ impl Workflow for ReplicatesPlan {
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<ReplicatesResults, Error> {
+        work::perform(self, monitor)
+    }
+}
+
+impl Work for ReplicatesPlan {
+    const WORKFLOW: &'static str = "replicates";
+    const NAME: &'static str = "a comparison";
+    const RECORD: &'static str = "replicates.toml";
+    const RESULTS: &'static [&'static str] = &["replicates.json"];
+
+    type Begun<'p> = Comparing<'p>;
+
+    fn out(&self) -> &Path {
+        &self.out
+    }
+
+    fn is_resumed(&self) -> bool {
+        self.resume
+    }
+
+    /// Files of species must still be where they were.
+    fn of_folder(out: &Path) -> Result<Self, Error> {
+        #[derive(Deserialize)]
+        struct Record {
+            config: ReplicatesConfig,
+        }
+        let Record { config } = files::read_toml(&out.join(Self::RECORD))?;
+        Ok(Self { out: out.to_owned(), resume: true, config })
+    }
+
+    fn begin(&self, _monitor: &dyn Monitor) -> Result<Comparing<'_>, Error> {
         let tasks = self.tasks()?;
         self.check_scores(&tasks)?;
         let greenhouses = self.greenhouses(&tasks)?;
-        let _lock = self.claim(&greenhouses, &tasks)?;
-        monitor.note("virtual plants: nothing here is a measurement of a living plant");
-        if self.config.methods.is_empty() {
-            monitor.note(
-                "no methods: rules by hand alone are judged, without open-loop experiments, models or search",
-            );
-        }
-        let scenarios =
-            self.config.scenarios.iter().zip(greenhouses).zip(tasks).enumerate().map(|(number, scenario)| {
-                let ((scenario, greenhouse), task) = scenario;
-                let stages =
-                    Stages { plan: self, scenario, number: number as u64, greenhouse, task, monitor };
-                stages.execute().map_err(|error| error.of_part(&self.out))
-            });
+        let scenarios = (self.config.scenarios.iter().zip(greenhouses).zip(tasks).zip(0..)).map(
+            |(((scenario, greenhouse), task), number)| AtWork {
+                plan: self,
+                scenario,
+                number,
+                greenhouse,
+                task,
+            },
+        );
+        Ok(Comparing { plan: self, scenarios: scenarios.collect() })
+    }
+
+    fn collect(&self, comparing: &Comparing<'_>, _monitor: &dyn Monitor) -> Result<ReplicatesResults, Error> {
+        let scenarios = comparing.scenarios.iter().map(|scenario| scenario.results());
         let results = ReplicatesResults::new(&self.config, scenarios.collect::<Result<_, _>>()?);
         files::write_json(&self.out.join("replicates.json"), &results)?;
         Ok(results)
@@ -403,20 +433,6 @@ impl Workflow for ReplicatesPlan {
 }
 
 impl ReplicatesPlan {
-    /// The plan that goes on with the comparison in the folder `out`, from its `replicates.toml`. Files of species must
-    /// still be where they were.
-    ///
-    /// # Errors
-    /// [`Error::File`] if the file cannot be read.
-    pub fn of_folder(out: &Path) -> Result<Self, Error> {
-        #[derive(Deserialize)]
-        struct Record {
-            config: ReplicatesConfig,
-        }
-        let Record { config } = files::read_toml(&out.join("replicates.toml"))?;
-        Ok(Self { out: out.to_owned(), resume: true, config })
-    }
-
     /// The task of each scenario of the comparison in the folder `out`, by the scenario's name.
     ///
     /// # Errors
@@ -508,67 +524,176 @@ impl ReplicatesPlan {
         };
         self.config.scenarios.iter().zip(tasks).map(greenhouse).collect()
     }
+}
 
-    /// Makes the folder, or checks that the comparison in it is this one, and locks it until the result is dropped.
-    fn claim(&self, greenhouses: &[Greenhouse], tasks: &[Task]) -> Result<FolderLock, Error> {
-        let path = self.out.join("replicates.toml");
-        let record = ReplicatesRecord {
-            schema: Self::SCHEMA,
+/// A comparison at work.
+pub struct Comparing<'p> {
+    plan: &'p ReplicatesPlan,
+    scenarios: Vec<AtWork<'p>>,
+}
+
+impl Comparing<'_> {
+    /// What is made before the test, in order: the number of a scenario that makes controllers, and of the replicate; `None` for the
+    /// reference controller.
+    fn made(&self) -> Vec<(usize, Option<u32>)> {
+        let config = &self.plan.config;
+        let of_scenario = |(number, at_work): (usize, &AtWork<'_>)| {
+            let makes = at_work.scenario.controllers_of.is_none();
+            let reference = config.reference.filter(|_| makes).map(|_| None);
+            let replicates = if makes { config.replicates_at_work() } else { 0 };
+            reference.into_iter().chain((0..replicates).map(Some)).map(move |replicate| (number, replicate))
+        };
+        self.scenarios.iter().enumerate().flat_map(of_scenario).collect()
+    }
+}
+
+impl Units for Comparing<'_> {
+    fn record(&self) -> Result<Record, Error> {
+        let content = ReplicatesRecord {
+            schema: ReplicatesPlan::SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
             is_virtual: true,
-            config: &self.config,
-            species: greenhouses.iter().map(|greenhouse| greenhouse.bean.clone()).collect(),
-            tasks: tasks.to_vec(),
+            config: &self.plan.config,
+            species: self.scenarios.iter().map(|scenario| scenario.greenhouse.bean.clone()).collect(),
+            tasks: self.scenarios.iter().map(|scenario| scenario.task.clone()).collect(),
         };
-        let text = files::toml_of(&path, &record)?;
-        check_same(&path, &text, self.resume, "a comparison")?;
-        files::make_folder(&self.out)?;
-        let lock = lock(&self.out)?;
-        files::write(&path, text.as_bytes())?;
-        Ok(lock)
+        Record::of(self.plan, &content)
+    }
+
+    /// The controllers of each scenario, replicate by replicate; then each scenario's test.
+    fn stages(&self) -> Vec<Stage> {
+        let name = |number: usize| &self.scenarios[number].scenario.name;
+        let made = self.made().into_iter().map(|(number, replicate)| match replicate {
+            None => Unit::new(
+                format!("{}/reference", name(number)),
+                format!("{}: the reference controller", name(number)),
+            ),
+            Some(replicate) => Unit::new(
+                format!("{}/replicate-{}", name(number), replicate + 1),
+                format!("{}: replicate {}", name(number), replicate + 1),
+            ),
+        });
+        let tested = (0..self.scenarios.len()).map(|number| {
+            Unit::new(format!("{}/judged", name(number)), format!("{}: test plants", name(number)))
+        });
+        let stage = |name: &str, units: Vec<Unit>| Stage { name: name.to_owned(), pace: Pace::InTurn, units };
+        let stages = [stage("controllers", made.collect()), stage("test plants", tested.collect())];
+        stages.into_iter().filter(|stage| !stage.units.is_empty()).collect()
+    }
+
+    fn is_done(&self, place: Place) -> Result<bool, Error> {
+        let config = &self.plan.config;
+        Ok(match self.at(place) {
+            At::Reference(number) => self.plan.reference(self.scenarios[number].scenario).exists(),
+            At::Replicate(number, replicate) => {
+                let scenario = self.scenarios[number].scenario;
+                let files = config.methods.iter().flat_map(|one| self.plan.made(scenario, replicate, one));
+                files.into_iter().all(|file| file.exists())
+            }
+            At::Test(number) => self.scenarios[number].tested().exists(),
+        })
+    }
+
+    fn execute(&self, place: Place, monitor: &dyn Monitor) -> Result<(), Error> {
+        match self.at(place) {
+            At::Reference(number) => self.scenarios[number].make_reference(monitor),
+            At::Replicate(number, replicate) => self.scenarios[number].make_all(replicate, monitor),
+            At::Test(number) => self.scenarios[number].test(monitor),
+        }
+    }
+
+    fn hear(&self, news: &News, monitor: &dyn Monitor) -> Result<(), Error> {
+        if *news == News::Begun {
+            monitor.note("virtual plants: nothing here is a measurement of a living plant");
+            if self.plan.config.methods.is_empty() {
+                monitor.note(
+                    "no methods: rules by hand alone are judged, without open-loop experiments, models or search",
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a unit does, and for which scenario.
+enum At {
+    Reference(usize),
+    Replicate(usize, u32),
+    Test(usize),
+}
+
+impl Comparing<'_> {
+    fn at(&self, Place { stage, unit }: Place) -> At {
+        match self.made().get(unit) {
+            Some(&(number, replicate)) if stage == 0 => {
+                replicate.map_or(At::Reference(number), |replicate| At::Replicate(number, replicate))
+            }
+            _ => At::Test(unit),
+        }
     }
 }
 
 /// A scenario at work.
-struct Stages<'p> {
+struct AtWork<'p> {
     plan: &'p ReplicatesPlan,
     scenario: &'p Scenario,
     /// Its number, from 0.
     number: u64,
     greenhouse: Greenhouse,
     task: Task,
-    monitor: &'p dyn Monitor,
 }
 
-impl Stages<'_> {
-    fn execute(&self) -> Result<ScenarioResults, Error> {
+impl AtWork<'_> {
+    fn make_reference(&self, monitor: &dyn Monitor) -> Result<(), Error> {
         let config = &self.plan.config;
+        let Some(search) = &config.reference else { return Ok(()) };
+        monitor.note(&format!("{}: the reference controller", self.scenario.name));
+        let file = self.plan.reference(self.scenario);
+        self.tune(&file, None, None, search, self.seed(u64::from(config.replicates)), monitor).map(drop)
+    }
+
+    /// The controllers of a replicate by all methods.
+    fn make_all(&self, replicate: u32, monitor: &dyn Monitor) -> Result<(), Error> {
+        monitor.note(&format!("{}: replicate {}", self.scenario.name, replicate + 1));
+        self.plan.config.methods.iter().try_for_each(|method| self.make(replicate, method, monitor))
+    }
+
+    /// All controllers that are tested in this scenario, from their files.
+    fn controllers(&self) -> Result<Vec<NamedController>, Error> {
+        let (plan, config) = (self.plan, &self.plan.config);
         let constant = ControllerSpec::Periodic { minutes: ALWAYS_MIN, first: Light::LEFT };
         let mut controllers = vec![
             NamedController { name: GREEDY.to_owned(), controller: ControllerSpec::Greedy },
             NamedController { name: CONSTANT.to_owned(), controller: constant },
         ];
-        let mut costs = Vec::new();
-        if let Some(search) = &config.reference {
-            let file = self.plan.reference(self.scenario);
-            if !file.exists() {
-                self.monitor.note(&format!("{}: the reference controller", self.scenario.name));
-                self.tune(&file, None, None, search, self.seed(u64::from(config.replicates)))?;
-            }
-            controllers.push(named(REFERENCE, &file)?);
+        if config.reference.is_some() {
+            controllers.push(named(REFERENCE, &plan.reference(self.scenario))?);
         }
         for replicate in 0..config.replicates_at_work() {
-            if self.scenario.controllers_of.is_none() {
-                self.monitor.note(&format!("{}: replicate {}", self.scenario.name, replicate + 1));
-            }
             for method in &config.methods {
-                let (file, cost) = self.make(replicate, method)?;
+                let [file, _] = plan.made(self.scenario, replicate, method);
                 controllers.push(named(&controller_name(method, replicate), &file)?);
-                costs.push(cost);
             }
         }
-        self.monitor.note(&format!("{}: test plants", self.scenario.name));
-        let judged = self.judge(controllers)?;
+        Ok(controllers)
+    }
+
+    /// The file with the results of the test.
+    fn tested(&self) -> PathBuf {
+        self.folder().join("judged/transfer.json")
+    }
+
+    /// The results of the scenario, from its folder.
+    fn results(&self) -> Result<ScenarioResults, Error> {
+        let (plan, config) = (self.plan, &self.plan.config);
+        let judged: TransferResults = files::read_as(&self.tested(), |text| serde_json::from_str(text))?;
+        let costs = (0..config.replicates_at_work()).flat_map(|replicate| {
+            config.methods.iter().map(move |method| {
+                let [_, cost] = plan.made(self.scenario, replicate, method);
+                files::read_as(&cost, |text| text.trim().parse::<f64>())
+            })
+        });
+        let costs: Vec<f64> = costs.collect::<Result<_, _>>()?;
         Ok(ScenarioResults::new(config, self.scenario, &self.greenhouse, &judged, &costs, &self.task))
     }
 
@@ -587,21 +712,23 @@ impl Stages<'_> {
         random::derive(self.plan.config.seed, Purpose::Run, self.number << 32 | replicate) >> 1
     }
 
-    /// The controller of a replicate by a method: its file, and the processor time that it took, in s.
-    fn make(&self, replicate: u32, method: &Method) -> Result<(PathBuf, f64), Error> {
+    /// Makes the controller of a replicate by a method, if it is not there, and writes the processor time that it took.
+    fn make(&self, replicate: u32, method: &Method, monitor: &dyn Monitor) -> Result<(), Error> {
         let [file, cost] = self.plan.made(self.scenario, replicate, method);
         let folder = replicate_folder(&self.folder(), replicate);
         if file.exists() && cost.exists() {
-            return Ok((file, files::read_as(&cost, |text| text.trim().parse::<f64>())?));
+            return Ok(());
         }
         let seed = self.seed(replicate.into());
         let (MethodKind::Evolve { model: kind, .. }
         | MethodKind::Tune { model: kind, .. }
         | MethodKind::Plan { model: kind, .. }) = &method.kind;
         let kind = *kind;
-        let model = self.model(&folder, kind, seed)?;
+        let model = self.model(&folder, kind, seed, monitor)?;
         let seconds = match &method.kind {
-            MethodKind::Tune { search, score, .. } => self.tune(&file, Some(&model), *score, search, seed)?,
+            MethodKind::Tune { search, score, .. } => {
+                self.tune(&file, Some(&model), *score, search, seed, monitor)?
+            }
             MethodKind::Plan { planner, .. } => {
                 // Both lie in the folder of the replicate.
                 let model = PathBuf::from(model.file_name().unwrap_or_default());
@@ -625,17 +752,22 @@ impl Stages<'_> {
                 if let Some(from) = from {
                     plan.start_from(&folder.join(format!("{from}.json")))?;
                 }
-                let seconds = plan.execute(self.monitor)?.cpu_seconds;
+                let seconds = plan.execute(monitor)?.cpu_seconds;
                 files::write(&file, files::read_text(&out.join("champion.json"))?.as_bytes())?;
                 seconds
             }
         };
-        files::write(&cost, format!("{seconds:.1}\n").as_bytes())?;
-        Ok((file, seconds))
+        Ok(files::write(&cost, format!("{seconds:.1}\n").as_bytes())?)
     }
 
     /// The model of a replicate, which grows its plants first.
-    fn model(&self, folder: &Path, kind: ModelKind, seed: u64) -> Result<PathBuf, Error> {
+    fn model(
+        &self,
+        folder: &Path,
+        kind: ModelKind,
+        seed: u64,
+        monitor: &dyn Monitor,
+    ) -> Result<PathBuf, Error> {
         let out = folder.join(format!("{}-model.json", kind.name()));
         if out.exists() {
             return Ok(out);
@@ -649,10 +781,10 @@ impl Stages<'_> {
             replace: true,
             ..self.open_loop(kind, folder)
         };
-        let tracks = grow.execute(self.monitor)?.tracks;
+        let tracks = grow.execute(monitor)?.tracks;
         let fit =
             FitPlan { tracks, kind, out: out.clone(), anyway: true, replace: true, ..FitPlan::default() };
-        fit.execute(self.monitor)?;
+        fit.execute(monitor)?;
         Ok(out)
     }
 
@@ -682,6 +814,7 @@ impl Stages<'_> {
         score: Option<Reading>,
         search: &RuleSearch,
         seed: u64,
+        monitor: &dyn Monitor,
     ) -> Result<f64, Error> {
         let plan = TunePlan {
             model: model.unwrap_or(Path::new("")).to_owned(),
@@ -694,14 +827,15 @@ impl Stages<'_> {
             ..TunePlan::default()
         };
         files::make_folder(&self.folder())?;
-        Ok(plan.execute(self.monitor)?.cpu_seconds)
+        Ok(plan.execute(monitor)?.cpu_seconds)
     }
 
     /// All controllers steer the same unseen plants.
-    fn judge(&self, controllers: Vec<NamedController>) -> Result<TransferResults, Error> {
+    fn test(&self, monitor: &dyn Monitor) -> Result<(), Error> {
+        monitor.note(&format!("{}: test plants", self.scenario.name));
         let config = &self.plan.config;
         let plan = TransferPlan {
-            controllers,
+            controllers: self.controllers()?,
             plants: config.test_plants_of(self.scenario),
             task: self.task.clone(),
             greenhouse: self.greenhouse.clone(),
@@ -712,7 +846,7 @@ impl Stages<'_> {
             out: self.folder().join("judged"),
             ..TransferPlan::default()
         };
-        plan.execute(self.monitor)
+        plan.execute(monitor).map(drop)
     }
 }
 

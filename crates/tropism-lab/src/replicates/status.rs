@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{Method, ReplicatesPlan, Scenario};
 use crate::transfer::{self, TransferStatus};
-use crate::{Error, holder};
+use crate::{Error, Work, holder};
 
 /// What a comparison of methods does now.
 #[derive(Clone, Debug, Serialize)]

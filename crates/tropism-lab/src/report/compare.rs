@@ -8,7 +8,6 @@ use tropism::task::Task;
 use tropism_report::{self as report, ComparedRuns, Figure, Plants, Table};
 
 use super::ReportComparison;
-use crate::Error;
 use crate::comparison::{self, NamedSample};
 use crate::evolve::{EvolutionHistory, EvolutionRecord, EvolveResults};
 use crate::files;
@@ -17,6 +16,7 @@ use crate::statistics::Bootstrap;
 use crate::study::StudyPlan;
 use crate::sweep::{Method, Setting, SweepPlan, UnitFindings, unit_folder};
 use crate::transfer::{TransferPlan, TransferResults};
+use crate::{Error, Work};
 
 /// Seed of the bootstrap of intervals: they are to be the same in each report.
 const SEED: u64 = 1;

@@ -11,12 +11,9 @@ mod growing;
 mod page;
 mod status;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
-use tropism::parallel;
 use tropism::simulation::ModelKind;
 use tropism::task::{Reading, Task};
 use tropism::track::PAPER_PERIOD_MIN;
@@ -27,7 +24,7 @@ use self::config::{CONTROLLERS, PHOTOGRAPHED};
 pub(crate) use self::page::page;
 pub(crate) use self::results::SATURATION_SHARE;
 pub use self::results::{ManyNumbers, RealityNumbers, StudyResults};
-use self::results::{RandomNumbers, StudyFolder, read_seconds};
+use self::results::{StudyFolder, read_seconds};
 pub(crate) use self::status::status;
 pub use self::status::{StageStatus, StudyStatus};
 use crate::baseline::BaselinePlan;
@@ -36,13 +33,13 @@ use crate::evolve::EvolvePlan;
 use crate::files;
 use crate::finished_run::make_small;
 use crate::fit::FitPlan;
-use crate::monitor::{Part, Titled};
+use crate::monitor::Part;
 use crate::run::{RunConfig, RunPlan};
 use crate::sequences;
 use crate::transfer::{NamedController, TransferPlan};
 use crate::tune::TunePlan;
-use crate::workflow::check_same;
-use crate::{Error, FolderLock, Monitor, Workflow, lock};
+use crate::work::{self, News, Pace, Place, Record, Stage, Unit, Units, Work};
+use crate::{Error, Monitor, Workflow};
 
 /// Repeats the paper on virtual plants.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -82,6 +79,15 @@ const STAGES: [&str; 8] = [
     "report",
 ];
 
+const OPEN_LOOP: usize = 0;
+const MODEL: usize = 1;
+const EVOLUTION: usize = 2;
+const RANDOM: usize = 3;
+const RULE: usize = 4;
+const REALITY: usize = 5;
+const TEST: usize = 6;
+const REPORT: usize = 7;
+
 impl Workflow for StudyPlan {
     type Results = StudyResults;
 
@@ -97,125 +103,180 @@ impl Workflow for StudyPlan {
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<StudyResults, Error> {
-        let _lock = self.claim()?;
-        monitor.note("a study on virtual plants: nothing here is a measurement of a living plant");
-        growing::write(self, 0)?;
-        let (first, report) =
-            (self.out.join("open-loop/1/photographs/000000.jpg"), self.out.join("report.html"));
-        monitor.note(&format!(
-            "first photograph: {}; the report grows: {}",
-            first.display(),
-            report.display()
-        ));
-        let mut study = StudyStages { plan: self, monitor, stage: 0, seconds: read_seconds(&self.out) };
-        study.time(StudyStages::open_loop)?;
-        growing::write(self, 1)?;
-        study.time(StudyStages::fit)?;
-        study.time(StudyStages::evolve)?;
-        growing::write(self, 3)?;
-        study.time(StudyStages::random)?;
-        study.time(StudyStages::tune)?;
-        study.time(StudyStages::reality)?;
-        study.time(StudyStages::judge)?;
-        study.time(StudyStages::report)
+        work::perform(self, monitor)
     }
 }
 
-impl StudyPlan {
-    /// The plan that goes on with the study in the folder `out`, from its `study.toml` alone.
-    ///
-    /// # Errors
-    /// [`Error::File`] if there is none, or it cannot be read.
-    pub fn of_folder(out: &Path) -> Result<Self, Error> {
-        let config = files::read_toml(&out.join("study.toml"))?;
+impl Work for StudyPlan {
+    const WORKFLOW: &'static str = "study";
+    const NAME: &'static str = "a study";
+    const RECORD: &'static str = "study.toml";
+    const RESULTS: &'static [&'static str] = &["numbers.json"];
+
+    type Begun<'p> = AtWork<'p>;
+
+    fn out(&self) -> &Path {
+        &self.out
+    }
+
+    fn is_resumed(&self) -> bool {
+        self.resume
+    }
+
+    fn of_folder(out: &Path) -> Result<Self, Error> {
+        let config = files::read_toml(&out.join(Self::RECORD))?;
         Ok(Self { out: out.to_owned(), resume: true, config, ..Self::default() })
     }
 
-    /// Makes the folder, or checks that the study in it is this one, and locks it until the result is dropped.
-    fn claim(&self) -> Result<FolderLock, Error> {
-        let file = self.out.join("study.toml");
-        let text = files::toml_of(&file, &self.config)?;
-        check_same(&file, &text, self.resume, "a study")?;
-        files::make_folder(&self.out)?;
-        let lock = lock(&self.out)?;
-        files::write(&file, text.as_bytes())?;
-        Ok(lock)
+    fn begin(&self, _monitor: &dyn Monitor) -> Result<AtWork<'_>, Error> {
+        Ok(AtWork { plan: self })
+    }
+
+    fn collect(&self, study: &AtWork<'_>, _monitor: &dyn Monitor) -> Result<StudyResults, Error> {
+        files::read_as(&study.file("numbers.json"), |text| serde_json::from_str(text)).map_err(Error::from)
     }
 }
 
 /// An experiment with one plant.
 struct Experiment {
     folder: PathBuf,
-    controller: ControllerSpec,
+    /// Name of its controller, among [`CONTROLLERS`].
+    controller: &'static str,
     task: Task,
     seed: u64,
     /// Whether figures show its photographs.
     has_figures: bool,
 }
 
-/// A study at work, and the seconds that it has spent in each stage.
-struct StudyStages<'s> {
-    plan: &'s StudyPlan,
-    monitor: &'s dyn Monitor,
-    /// The present stage, from 1.
-    stage: usize,
-    seconds: BTreeMap<String, f64>,
+/// A study at work.
+pub struct AtWork<'p> {
+    plan: &'p StudyPlan,
 }
 
-impl StudyStages<'_> {
-    /// Executes the next stage and adds its time to `seconds.json`. An interrupted stage is an interrupted study.
-    fn time<T>(&mut self, stage: impl FnOnce(&Self, &Titled<'_>) -> Result<T, Error>) -> Result<T, Error> {
-        let started = Instant::now();
-        let name = STAGES[self.stage];
-        self.stage += 1;
-        let title = format!("{}/{}", self.stage, STAGES.len());
-        let monitor = Titled { monitor: self.monitor, title };
-        let result = stage(self, &monitor).map_err(|error| error.of_part(&self.plan.out));
-        *self.seconds.entry(name.to_owned()).or_default() += started.elapsed().as_secs_f64();
-        files::write_unterminated_json(&self.file("seconds.json"), &self.seconds)?;
-        result
+impl Units for AtWork<'_> {
+    fn record(&self) -> Result<Record, Error> {
+        Record::of(self.plan, &self.plan.config)
     }
 
+    fn stages(&self) -> Vec<Stage> {
+        let experiments = |experiments: &[Experiment]| {
+            let unit = |experiment: &Experiment| {
+                let name = experiment.folder.strip_prefix(&self.plan.out).unwrap_or(&experiment.folder);
+                let (name, size) = (name.display().to_string(), experiment.task.max_steps.into());
+                Unit { size, ..Unit::new(name.clone(), name) }
+            };
+            experiments.iter().map(unit).collect()
+        };
+        let stage = |(number, name): (usize, &str)| {
+            let name = name.to_owned();
+            match number {
+                OPEN_LOOP | REALITY => Stage {
+                    name: if number == OPEN_LOOP { "photographing beans" } else { "steering unseen beans" }
+                        .to_owned(),
+                    pace: Pace::OneThreadEach,
+                    units: experiments(&self.experiments(number)),
+                },
+                _ => Stage { pace: Pace::InTurn, units: vec![Unit::new(name.clone(), name.clone())], name },
+            }
+        };
+        STAGES.into_iter().enumerate().map(stage).collect()
+    }
+
+    fn is_done(&self, Place { stage, unit }: Place) -> Result<bool, Error> {
+        let file = match stage {
+            MODEL => "model.json",
+            EVOLUTION => "evolution/summary.json",
+            RANDOM => "random/baseline.json",
+            RULE => "rule.json",
+            TEST => "many-plants/transfer.json",
+            REPORT => "numbers.json",
+            _ => {
+                let Experiment { folder, .. } = &self.experiments(stage)[unit];
+                // The last that is removed of a run is its ground truth.
+                let is_small = self.plan.keep_photographs || !folder.join("truth.jsonl").exists();
+                return Ok(is_small && folder.join("track.csv").exists());
+            }
+        };
+        Ok(self.file(file).exists())
+    }
+
+    fn execute(&self, Place { stage, unit }: Place, monitor: &dyn Monitor) -> Result<(), Error> {
+        match stage {
+            MODEL => self.fit(monitor),
+            EVOLUTION => self.evolve(monitor),
+            RANDOM => self.random(monitor),
+            RULE => self.tune(monitor),
+            TEST => self.test(monitor),
+            REPORT => self.report(monitor),
+            _ => self.run(&self.experiments(stage)[unit], monitor),
+        }
+    }
+
+    fn hear(&self, news: &News, monitor: &dyn Monitor) -> Result<(), Error> {
+        match *news {
+            News::Begun => {
+                monitor.note("a study on virtual plants: nothing here is a measurement of a living plant");
+                growing::write(self.plan, 0)?;
+                let first = self.file("open-loop/1/photographs/000000.jpg");
+                let report = self.file("report.html");
+                let (first, report) = (first.display(), report.display());
+                monitor.note(&format!("first photograph: {first}; the report grows: {report}"));
+                Ok(())
+            }
+            News::Spent { stage, seconds, is_done } => {
+                let mut spent = read_seconds(&self.plan.out);
+                *spent.entry(STAGES[stage].to_owned()).or_default() += seconds;
+                files::write_unterminated_json(&self.file("seconds.json"), &spent)?;
+                match stage {
+                    OPEN_LOOP | EVOLUTION if is_done => growing::write(self.plan, stage + 1),
+                    _ => Ok(()),
+                }
+            }
+        }
+    }
+}
+
+impl AtWork<'_> {
     fn file(&self, name: &str) -> PathBuf {
         self.plan.out.join(name)
     }
 
-    fn open_loop(&self, monitor: &Titled<'_>) -> Result<(), Error> {
+    /// The experiments of a stage that consists of such.
+    fn experiments(&self, stage: usize) -> Vec<Experiment> {
+        if stage == REALITY { self.in_reality() } else { self.open_loop() }
+    }
+
+    fn open_loop(&self) -> Vec<Experiment> {
         let config = &self.plan.config;
         let experiment = |number: u32| Experiment {
             folder: self.open_loop_folder(number),
-            controller: config.periodic(),
+            controller: CONTROLLERS[2],
             task: Task::open_loop(config.steps),
             seed: config.plant_seed(number),
             has_figures: true,
         };
-        let experiments: Vec<_> = (0..config.experiments).map(experiment).collect();
-        self.run_all("photographing beans", &experiments, monitor)
+        (0..config.experiments).map(experiment).collect()
     }
 
     fn open_loop_folder(&self, number: u32) -> PathBuf {
         self.file("open-loop").join((number + 1).to_string())
     }
 
-    /// Runs experiments in parallel, each in its run folder. One that is over is not run again: its photographs may be gone.
-    fn run_all(&self, stage: &str, experiments: &[Experiment], monitor: &Titled<'_>) -> Result<(), Error> {
-        let steps = experiments.iter().map(|experiment| u64::from(experiment.task.max_steps)).sum();
-        monitor.stage(stage, steps);
-        let run = |experiment: &Experiment| {
-            let Experiment { folder, controller, task, seed, has_figures } = experiment;
-            let config = RunConfig::new(self.plan.config.rig(), controller.clone(), task.clone(), *seed);
-            if folder.join("track.csv").exists() && RunConfig::read(folder)? == config {
-                monitor.skip(u64::from(task.max_steps));
-            } else {
-                let plan = RunPlan { out: folder.clone(), resume: true, config, ..RunPlan::default() };
-                plan.execute(&Part(monitor))?;
-            }
-            if self.plan.keep_photographs { Ok(()) } else { make_small(folder, *has_figures) }
-        };
-        parallel::try_map(experiments.len(), |number| run(&experiments[number])).map(drop)
+    /// Runs an experiment in its run folder. One that is over is not run again: its photographs may be gone.
+    fn run(&self, experiment: &Experiment, monitor: &dyn Monitor) -> Result<(), Error> {
+        let Experiment { folder, controller, task, seed, has_figures } = experiment;
+        let controller = self.controller(controller)?;
+        let config = RunConfig::new(self.plan.config.rig(), controller, task.clone(), *seed);
+        if folder.join("track.csv").exists() && RunConfig::read(folder)? == config {
+            monitor.skip(u64::from(task.max_steps));
+        } else {
+            let plan = RunPlan { out: folder.clone(), resume: true, config, ..RunPlan::default() };
+            plan.execute(&Part(monitor))?;
+        }
+        if self.plan.keep_photographs { Ok(()) } else { make_small(folder, *has_figures) }
     }
 
-    fn fit(&self, monitor: &Titled<'_>) -> Result<(), Error> {
+    fn fit(&self, monitor: &dyn Monitor) -> Result<(), Error> {
         let model = self.plan.config.model.clone();
         let plan = FitPlan { model, out: self.file("model.json"), ..self.fit_to_tracks() };
         plan.execute(monitor).map(drop)
@@ -228,7 +289,7 @@ impl StudyStages<'_> {
         FitPlan { tracks, anyway: true, replace: true, ..FitPlan::default() }
     }
 
-    fn evolve(&self, monitor: &Titled<'_>) -> Result<(), Error> {
+    fn evolve(&self, monitor: &dyn Monitor) -> Result<(), Error> {
         let config = &self.plan.config;
         let plan = EvolvePlan {
             model: self.file("model.json"),
@@ -243,11 +304,7 @@ impl StudyStages<'_> {
         plan.execute(monitor).map(drop)
     }
 
-    fn random(&self, monitor: &Titled<'_>) -> Result<(), Error> {
-        let file = self.file("random.json");
-        if file.exists() {
-            return Ok(());
-        }
+    fn random(&self, monitor: &dyn Monitor) -> Result<(), Error> {
         let config = &self.plan.config;
         let plan = BaselinePlan {
             model: self.file("model.json"),
@@ -255,21 +312,15 @@ impl StudyStages<'_> {
             neat: config.evolution.neat.clone(),
             count: config.random_controllers,
             seed: config.seed,
-            out: Some(self.file("random-champion.json")),
-            // That of an interrupted stage is drawn again.
-            replace: true,
+            resume: true,
+            out: self.file("random"),
         };
-        let results = plan.execute(monitor)?;
-        let numbers = RandomNumbers { count: results.count, best: results.best, median: results.median };
-        Ok(files::write_unterminated_json(&file, &numbers)?)
+        plan.execute(monitor).map(drop)
     }
 
     /// Tunes a rule for arrival on a model of the stems in the same tracks.
-    fn tune(&self, monitor: &Titled<'_>) -> Result<(), Error> {
+    fn tune(&self, monitor: &dyn Monitor) -> Result<(), Error> {
         let (model, out) = (self.file("stem.json"), self.file("rule.json"));
-        if out.exists() {
-            return Ok(());
-        }
         let config = &self.plan.config;
         let fit = FitPlan { kind: ModelKind::STEM, out: model.clone(), ..self.fit_to_tracks() };
         fit.execute(monitor)?;
@@ -285,24 +336,26 @@ impl StudyStages<'_> {
         plan.execute(monitor).map(drop)
     }
 
-    /// The controllers that steer unseen plants, by name.
-    fn controllers(&self) -> Result<[(&'static str, ControllerSpec); 5], Error> {
-        let [champion, random, periodic, greedy, rule] = CONTROLLERS;
-        Ok([
-            (champion, ControllerSpec::read(&self.file("evolution/champion.json"))?),
-            (random, ControllerSpec::read(&self.file("random-champion.json"))?),
-            (periodic, self.plan.config.periodic()),
-            (greedy, ControllerSpec::Greedy),
-            (rule, ControllerSpec::read(&self.file("rule.json"))?),
-        ])
+    /// A controller that steers unseen plants, by its name.
+    fn controller(&self, name: &str) -> Result<ControllerSpec, Error> {
+        let [champion, random, periodic, greedy, _] = CONTROLLERS;
+        let read = |file: &str| ControllerSpec::read(&self.file(file));
+        match name {
+            _ if name == champion => read("evolution/champion.json"),
+            _ if name == random => read("random/champion.json"),
+            _ if name == periodic => Ok(self.plan.config.periodic()),
+            _ if name == greedy => Ok(ControllerSpec::Greedy),
+            _ => read("rule.json"),
+        }
     }
 
     /// All controllers steer many more plants, without photographs.
-    fn judge(&self, monitor: &Titled<'_>) -> Result<(), Error> {
+    fn test(&self, monitor: &dyn Monitor) -> Result<(), Error> {
         let config = &self.plan.config;
-        let named = |(name, controller): (&str, _)| NamedController { name: name.to_owned(), controller };
+        let named =
+            |name: &str| Ok(NamedController { name: name.to_owned(), controller: self.controller(name)? });
         let plan = TransferPlan {
-            controllers: self.controllers()?.map(named).into(),
+            controllers: CONTROLLERS.into_iter().map(named).collect::<Result<_, Error>>()?,
             plants: config.test_plants,
             task: config.task.clone(),
             greenhouse: Greenhouse {
@@ -320,32 +373,27 @@ impl StudyStages<'_> {
     }
 
     /// The champion, greedy and the rule steer the same unseen plants, which are photographed.
-    fn reality(&self, monitor: &Titled<'_>) -> Result<(), Error> {
+    fn in_reality(&self) -> Vec<Experiment> {
         let config = &self.plan.config;
-        let controllers = self.controllers()?;
-        let experiments: Vec<Experiment> = controllers
-            .iter()
-            .filter(|(name, _)| PHOTOGRAPHED.contains(name))
-            .flat_map(|(name, controller)| {
-                (0..config.reality_plants).map(move |plant| Experiment {
-                    folder: self.file("reality").join(name).join((plant + 1).to_string()),
-                    controller: controller.clone(),
-                    task: config.task.clone(),
-                    seed: config.plant_seed(config.experiments + plant),
-                    has_figures: *name == CONTROLLERS[0],
-                })
+        let of_controller = |name: &'static str| {
+            (0..config.reality_plants).map(move |plant| Experiment {
+                folder: self.file("reality").join(name).join((plant + 1).to_string()),
+                controller: name,
+                task: config.task.clone(),
+                seed: config.plant_seed(config.experiments + plant),
+                has_figures: name == CONTROLLERS[0],
             })
-            .collect();
-        self.run_all("steering unseen beans", &experiments, monitor)
+        };
+        PHOTOGRAPHED.into_iter().flat_map(of_controller).collect()
     }
 
-    fn report(&self, monitor: &Titled<'_>) -> Result<StudyResults, Error> {
+    fn report(&self, monitor: &dyn Monitor) -> Result<(), Error> {
         monitor.stage("report", 1);
         let folder = StudyFolder::read(&self.plan.out)?;
         let results = folder.results()?;
         files::write(&results.report, folder.page(&results)?.html().as_bytes())?;
         files::write_unterminated_json(&self.file("numbers.json"), &results)?;
         monitor.advance(1);
-        Ok(results)
+        Ok(())
     }
 }

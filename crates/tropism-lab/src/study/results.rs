@@ -10,6 +10,7 @@ use tropism::plant::tip::TipModel;
 use tropism_report::NumberRow;
 
 use super::config::{CONTROLLERS, PHOTOGRAPHED, StudyConfig};
+use crate::baseline::BaselineResults;
 use crate::controller::ControllerSpec;
 use crate::evolve::{EvolutionHistory, EvolveResults, champion_path};
 use crate::finished_run::FinishedRun;
@@ -117,14 +118,6 @@ impl ManyNumbers {
     }
 }
 
-/// The fitness of the random controllers: the content of `random.json`.
-#[derive(Serialize, Deserialize)]
-pub(super) struct RandomNumbers {
-    pub(super) count: u64,
-    pub(super) best: f64,
-    pub(super) median: f64,
-}
-
 /// Everything in the folder of a finished study.
 pub(super) struct StudyFolder {
     pub(super) path: PathBuf,
@@ -135,7 +128,7 @@ pub(super) struct StudyFolder {
     pub(super) evolution: EvolveResults,
     /// The champion of each evolutionary run.
     pub(super) champions: Vec<Champion>,
-    random: RandomNumbers,
+    random: BaselineResults,
     pub(super) random_champion: Champion,
     /// The runs of each controller with unseen plants, by the names in [`PHOTOGRAPHED`].
     pub(super) reality: BTreeMap<&'static str, Vec<FinishedRun>>,
@@ -178,8 +171,8 @@ impl StudyFolder {
             history: EvolutionHistory::read(&folder.join("history.csv"))?,
             champions: (0..evolution.runs.len()).map(champion).collect::<Result<_, _>>()?,
             evolution,
-            random: read_json(&path.join("random.json"))?,
-            random_champion: champion::read(&path.join("random-champion.json"))?,
+            random: read_json(&path.join("random/baseline.json"))?,
+            random_champion: champion::read(&path.join("random/champion.json"))?,
             reality,
             many: read_json(&path.join("many-plants/transfer.json"))?,
             seconds: read_seconds(path),

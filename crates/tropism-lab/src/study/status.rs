@@ -8,7 +8,7 @@ use super::config::{PHOTOGRAPHED, StudyConfig};
 use super::results::read_seconds;
 use super::{STAGES, StudyPlan};
 use crate::evolve::{self, EvolutionStatus};
-use crate::{Error, holder};
+use crate::{Error, Work, holder};
 
 /// What a study does now.
 #[derive(Clone, Debug, Serialize)]
@@ -58,7 +58,7 @@ pub(crate) fn status(folder: &Path) -> Result<StudyStatus, Error> {
         (over(&folder.join("open-loop"), config.experiments), config.experiments.into(), "experiments"),
         (is_there("model.json"), 1, "models"),
         (done, generations, "generations"),
-        (is_there("random.json"), 1, "baselines"),
+        (is_there("random/baseline.json"), 1, "baselines"),
         (is_there("rule.json"), 1, "rules"),
         (
             in_reality(folder, &config),

@@ -15,7 +15,7 @@ use crate::study::SATURATION_SHARE;
 
 /// What one unit of work found: the content of its `unit.json`. The same bits on every machine. Fitness is in cm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct UnitResults {
+pub struct UnitRecord {
     /// `tropism.sweep-unit/1`.
     pub schema: String,
     /// Version of the software.
@@ -85,7 +85,7 @@ impl UnitFindings {
 }
 
 /// A finished unit, with the processor time that it took, in s; `None` if it was interrupted on its way.
-pub(super) type FinishedUnit = (UnitResults, Option<f64>);
+pub(super) type FinishedUnit = (UnitRecord, Option<f64>);
 
 /// The table of a sweep: the content of `sweep.json`. Fitness is in cm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

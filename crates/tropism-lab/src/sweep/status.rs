@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::SweepPlan;
 use super::units::unit_folder;
 use crate::evolve::{self, EvolutionStatus};
-use crate::{Error, holder};
+use crate::{Error, Work, holder};
 
 /// What a sweep does now.
 #[derive(Clone, Debug, Serialize)]
@@ -53,7 +53,7 @@ pub(crate) fn status(folder: &Path) -> Result<SweepStatus, Error> {
             done += 1;
             generations_done += of_unit;
         } else if own.exists() {
-            begun.push(unit.unit.clone());
+            begun.push(unit.name.clone());
             let has_record = own.join("evolution.toml").exists();
             let evolution = has_record.then(|| evolve::status(&own)).transpose()?;
             generations_done += evolution.as_ref().map_or(0, EvolutionStatus::generations_done);

@@ -5,28 +5,29 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::Sweep;
 use super::config::{Method, Setting};
-use super::results::{FinishedUnit, UnitFindings, UnitResults};
-use super::{Sweep, UNIT_SCHEMA};
+use super::results::{FinishedUnit, UnitFindings, UnitRecord};
 use crate::evolve::{EvolutionHistory, EvolvePlan};
 use crate::files::{self, FileError};
+use crate::monitor::Part;
 use crate::replicates::ReplicatesPlan;
 use crate::stopwatch::Stopwatch;
 use crate::{Error, Monitor, Workflow};
 
-/// A unit of work: what it is called, and what it does.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SweepUnit {
-    /// Its number, from 1.
-    pub number: usize,
+/// Schema of the `unit.json` of a unit.
+const UNIT_SCHEMA: &str = "tropism.sweep-unit/1";
+
+/// A unit of work.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct SweepUnit {
     /// Its name, and that of its folder in `units`.
-    pub unit: String,
+    pub(crate) name: String,
     /// Name of its setting.
-    pub setting: String,
+    pub(crate) setting: String,
     /// Its seed.
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// Number of its setting, from 0.
-    #[serde(skip)]
     pub(crate) place: usize,
 }
 
@@ -34,16 +35,13 @@ pub struct SweepUnit {
 pub(super) fn units(settings: &[Setting], seeds: &[u64]) -> Vec<SweepUnit> {
     let of_seed =
         |&seed: &u64| settings.iter().enumerate().map(move |(place, setting)| (place, setting, seed));
-    let numbered = (1..).zip(seeds.iter().flat_map(of_seed));
-    numbered
-        .map(|(number, (place, setting, seed))| SweepUnit {
-            number,
-            unit: format!("setting-{}-seed-{seed}", place + 1),
-            setting: setting.name.clone(),
-            seed,
-            place,
-        })
-        .collect()
+    let unit = |(place, setting, seed): (usize, &Setting, u64)| SweepUnit {
+        name: format!("setting-{}-seed-{seed}", place + 1),
+        setting: setting.name.clone(),
+        seed,
+        place,
+    };
+    seeds.iter().flat_map(of_seed).map(unit).collect()
 }
 
 /// What a unit took: the content of its `seconds.json`.
@@ -65,18 +63,8 @@ impl Sweep<'_> {
         Ok(Some((results, seconds.ok().map(|seconds: UnitSeconds| seconds.cpu_seconds))))
     }
 
-    /// Executes `unit` from where it is, unless it is finished.
-    pub(super) fn execute_unit(
-        &self,
-        unit: &SweepUnit,
-        monitor: &dyn Monitor,
-    ) -> Result<FinishedUnit, Error> {
-        if let Some(finished) = self.finished(unit)? {
-            return Ok(finished);
-        }
-        if !monitor.may_go_on() {
-            return Err(Error::Interrupted { folder: self.plan.out.clone() });
-        }
+    /// Executes `unit` from where it is.
+    pub(super) fn execute_unit(&self, unit: &SweepUnit, monitor: &dyn Monitor) -> Result<(), Error> {
         let folder = self.unit_folder(unit);
         let is_whole = !folder.exists();
         files::make_folder(&folder)?;
@@ -89,7 +77,7 @@ impl Sweep<'_> {
                     resume: true,
                     ..(**config).clone().plan()
                 };
-                let results = plan.execute(monitor)?;
+                let results = plan.execute(&Part(monitor))?;
                 let history = EvolutionHistory::read(&folder.join("history.csv"))?;
                 let found = vec![UnitFindings::of_evolution(&results, &history)];
                 let kept = ["champion.json", "history.csv"].map(str::to_owned).to_vec();
@@ -111,10 +99,10 @@ impl Sweep<'_> {
         if let Some(cpu_seconds) = seconds {
             files::write_json(&folder.join("seconds.json"), &UnitSeconds { cpu_seconds })?;
         }
-        let results = UnitResults {
+        let results = UnitRecord {
             schema: UNIT_SCHEMA.to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            unit: unit.unit.clone(),
+            unit: unit.name.clone(),
             setting: unit.setting.clone(),
             seed: unit.seed,
             is_virtual,
@@ -122,14 +110,13 @@ impl Sweep<'_> {
             sha256: digests(&folder, kept)?,
         };
         // Last: a unit with this file is finished.
-        files::write_json(&folder.join("unit.json"), &results)?;
-        Ok((results, seconds))
+        Ok(files::write_json(&folder.join("unit.json"), &results)?)
     }
 }
 
 /// The folder of a unit of the sweep in `out`.
 pub(crate) fn unit_folder(out: &Path, unit: &SweepUnit) -> PathBuf {
-    out.join("units").join(&unit.unit)
+    out.join("units").join(&unit.name)
 }
 
 impl SweepUnit {
@@ -137,12 +124,12 @@ impl SweepUnit {
     ///
     /// # Errors
     /// [`Error`] if its file cannot be read, or is of another unit.
-    pub(crate) fn read(&self, folder: &Path) -> Result<Option<UnitResults>, Error> {
+    pub(crate) fn read(&self, folder: &Path) -> Result<Option<UnitRecord>, Error> {
         let path = folder.join("unit.json");
         if !path.exists() {
             return Ok(None);
         }
-        let results: UnitResults = files::read_as(&path, |text| serde_json::from_str(text))?;
+        let results: UnitRecord = files::read_as(&path, |text| serde_json::from_str(text))?;
         if results.setting == self.setting && results.seed == self.seed {
             return Ok(Some(results));
         }

@@ -21,7 +21,7 @@ use tropism::environment::unwatched;
 use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::task::{Reading, Task};
-use tropism::track::{PAPER_PERIOD_MIN, Track};
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::tent::Greenhouse;
 
 pub use self::causes::Cause;
@@ -36,13 +36,12 @@ use self::results::{Judge, Optimum, PlantResult, Scores};
 pub(crate) use self::status::status;
 pub use self::status::{SteeredPlants, TransferStatus};
 use crate::controller::ControllerSpec;
-use crate::lock::{FolderLock, lock};
 use crate::model::{self, Model};
 use crate::reach::note_out_of_reach;
 use crate::sequences;
 pub use crate::statistics::PairedDifference;
 use crate::task::check_goal;
-use crate::workflow::{check_same, other_settings};
+use crate::work::{self, News, Pace, Place, Record, Stage, Unit, Units, Work};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Number of plants that a claim on a controller takes (`docs/how-to/compare-controllers.md`): the standard error of the mean is
@@ -127,7 +126,11 @@ struct TransferRecord<'p> {
     is_virtual: bool,
     period_min: f64,
     photographs: bool,
-    plant_seeds: Vec<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plants: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plant_seeds: Option<Range<u64>>,
+    seed: u64,
     task: &'p Task,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     random_targets: bool,
@@ -184,13 +187,39 @@ impl Workflow for TransferPlan {
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<TransferResults, Error> {
+        work::perform(self, monitor)
+    }
+}
+
+impl Work for TransferPlan {
+    const WORKFLOW: &'static str = "transfer";
+    const NAME: &'static str = "a comparison";
+    const RECORD: &'static str = "transfer.toml";
+    const RESULTS: &'static [&'static str] = &["transfer.json"];
+
+    type Begun<'p> = Steering<'p>;
+
+    fn out(&self) -> &Path {
+        &self.out
+    }
+
+    fn is_resumed(&self) -> bool {
+        self.resume
+    }
+
+    /// The model that the plan names, if it does, must still be where it was.
+    fn of_folder(out: &Path) -> Result<Self, Error> {
+        let plan: Self = files::read_as(&out.join(PLAN), |text| serde_json::from_str(text))?;
+        Ok(Self { out: out.to_owned(), ..plan })
+    }
+
+    fn begin(&self, monitor: &dyn Monitor) -> Result<Steering<'_>, Error> {
         let model = self.model.as_deref().map(model::read).transpose()?;
-        let _lock = self.claim()?;
-        monitor.note("virtual plants: nothing here is a measurement of a living plant");
-        if !self.random_targets {
-            note_out_of_reach(&self.task, &self.greenhouse.bean, monitor);
-        }
-        let scores = self.scores(model.as_ref(), monitor)?;
+        Ok(Steering { plan: self, model, seeds: self.seeds(), tasks: self.tasks(monitor)? })
+    }
+
+    fn collect(&self, steering: &Steering<'_>, monitor: &dyn Monitor) -> Result<TransferResults, Error> {
+        let scores = steering.scores(monitor)?;
         let results = scores.results(self);
         let table = scores.csv(self).map_err(Error::at("plants.csv"))?;
         files::write(&self.out.join("plants.csv"), &table)?;
@@ -226,56 +255,6 @@ impl TransferPlan {
         }
     }
 
-    /// Makes the folder, or checks that the comparison in it is this one, and locks it until the result is dropped.
-    fn claim(&self) -> Result<FolderLock, Error> {
-        let path = self.out.join("transfer.toml");
-        let record = TransferRecord {
-            schema: Self::SCHEMA,
-            version: env!("CARGO_PKG_VERSION"),
-            is_virtual: true,
-            period_min: self.period_min,
-            photographs: self.photographs,
-            plant_seeds: self.seeds(),
-            task: &self.task,
-            random_targets: self.random_targets,
-            greenhouse: self.tent(),
-            controllers: &self.controllers,
-        };
-        let text = files::toml_of(&path, &record)?;
-        check_same(&path, &text, self.resume, "a comparison")
-            .map_err(|error| self.other_plan().unwrap_or(error))?;
-        for NamedController { name, .. } in &self.controllers {
-            files::make_folder(&self.out.join("tracks").join(name))?;
-        }
-        let lock = lock(&self.out)?;
-        let plan = Self { out: PathBuf::new(), resume: true, ..self.clone() };
-        files::write_json(&self.out.join(PLAN), &plan)?;
-        // Last: a comparison with its record has all that it needs.
-        files::write(&path, text.as_bytes())?;
-        Ok(lock)
-    }
-
-    /// The error that the plan in the folder differs in what decides the tracks. The record would say the same in the seeds of all
-    /// plants.
-    fn other_plan(&self) -> Option<Error> {
-        let found = Self::of_folder(&self.out).ok().filter(|_| self.resume)?;
-        let deciding = |plan: &Self| {
-            serde_json::to_value(Self { model: None, optimum: false, reference: None, ..plan.clone() }).ok()
-        };
-        let (found, wanted) = (deciding(&found)?, deciding(self)?);
-        (found != wanted).then(|| other_settings(&self.out.join(PLAN), "a comparison", &found, &wanted))
-    }
-
-    /// The plan that goes on with the comparison in the folder `out`, from its `plan.json` alone. The model that it names, if
-    /// it does, must still be where it was.
-    ///
-    /// # Errors
-    /// [`Error::File`] if there is none, or it cannot be read.
-    pub fn of_folder(out: &Path) -> Result<Self, Error> {
-        let plan: Self = files::read_as(&out.join(PLAN), |text| serde_json::from_str(text))?;
-        Ok(Self { out: out.to_owned(), ..plan })
-    }
-
     /// The track file of a plant, from 0, under the best schedule that was found.
     fn optimum_path(&self, plant: usize) -> PathBuf {
         self.out.join("optima").join(format!("plant-{:04}.csv", plant + 1))
@@ -300,100 +279,143 @@ impl TransferPlan {
         })
     }
 
-    /// Steers all plants with all controllers, and judges the tracks.
-    fn scores(&self, model: Option<&Model>, monitor: &dyn Monitor) -> Result<Scores, Error> {
-        let seeds = self.seeds();
-        let optima = if self.optimum { seeds.len() } else { 0 };
-        let tasks = self.tasks(monitor)?;
-        let units: Vec<(usize, usize)> = (0..self.controllers.len())
-            .flat_map(|controller| (0..seeds.len()).map(move |plant| (controller, plant)))
-            .collect();
-        monitor.stage("steering unseen beans", units.len() as u64);
-        let Greenhouse { bean, variation, .. } = &self.greenhouse;
-        let steps = self.task.max_steps;
-        let reference = Reference::of(bean, *variation, steps, self.period_min, &|| monitor.may_go_on());
-        let reference = reference.ok_or_else(|| self.interrupted())?;
-        let judge = Judge { reference: &reference, model };
-        let unit = |&(controller, plant): &(usize, usize)| {
-            let Some(track) = self.track(controller, plant, seeds[plant], &tasks[plant], monitor)? else {
-                return Ok(None);
-            };
-            let response = Response::of(bean, *variation, seeds[plant], steps, self.period_min);
-            Ok(Some(judge.judge(&track, &tasks[plant], &response)))
-        };
-        let judged: Option<Vec<PlantResult>> = all(&units, unit)?;
-        let judged = judged.ok_or_else(|| self.interrupted())?;
-        let plants: Vec<Vec<PlantResult>> = judged.chunks(seeds.len()).map(<[_]>::to_vec).collect();
-        if optima == 0 {
-            return Ok(Scores { tasks, plants, optima: None });
-        }
-        monitor.stage("searching schedules", optima as u64);
-        let numbers: Vec<usize> = (0..optima).collect();
-        let found = all(&numbers, |&plant| self.optimum_of(plant, seeds[plant], &tasks[plant], monitor))?;
-        let mut optima: Vec<Optimum> = found.ok_or_else(|| self.interrupted())?;
-        if !self.photographs {
-            for (plant, optimum) in optima.iter_mut().enumerate() {
-                plants.iter().for_each(|plants| optimum.raise(&plants[plant]));
-            }
-        }
-        Ok(Scores { tasks, plants, optima: Some(optima) })
-    }
-
     fn interrupted(&self) -> Error {
         Error::Interrupted { folder: self.out.clone() }
     }
+}
 
-    /// The track of a plant under a controller: from its file if it is there, else steered; `None` if interrupted.
-    fn track(
-        &self,
-        controller: usize,
-        plant: usize,
-        seed: u64,
-        task: &Task,
-        monitor: &dyn Monitor,
-    ) -> Result<Option<Track>, Error> {
-        let path = self.track_path(controller, plant);
-        if path.exists() {
-            monitor.skip(1);
-            return self.read_track(&path).map(Some);
-        }
-        if !monitor.may_go_on() {
-            return Ok(None);
-        }
-        let track = self.steer(&self.controllers[controller].controller, seed, task, &path, monitor)?;
-        monitor.advance(u64::from(track.is_some()));
-        Ok(track)
+/// A comparison at work.
+pub struct Steering<'p> {
+    plan: &'p TransferPlan,
+    model: Option<Model>,
+    seeds: Vec<u64>,
+    /// The task of each plant.
+    tasks: Vec<Task>,
+}
+
+impl Units for Steering<'_> {
+    fn record(&self) -> Result<Record, Error> {
+        let plan = self.plan;
+        let content = TransferRecord {
+            schema: TransferPlan::SCHEMA,
+            version: env!("CARGO_PKG_VERSION"),
+            is_virtual: true,
+            period_min: plan.period_min,
+            photographs: plan.photographs,
+            plants: plan.plant_seeds.is_none().then_some(plan.plants),
+            plant_seeds: plan.plant_seeds.clone(),
+            seed: plan.seed,
+            task: &plan.task,
+            random_targets: plan.random_targets,
+            greenhouse: plan.tent(),
+            controllers: &plan.controllers,
+        };
+        let saved = TransferPlan { out: PathBuf::new(), resume: true, ..plan.clone() };
+        let saved = files::json_of(&plan.out.join(PLAN), &saved)? + "\n";
+        Ok(Record { beside: vec![(PLAN, saved.into_bytes())], ..Record::of(plan, &content)? })
     }
 
-    /// The optimum of a plant, from its file if it is there, else searched; `None` if interrupted.
-    fn optimum_of(
-        &self,
-        plant: usize,
-        seed: u64,
-        task: &Task,
-        monitor: &dyn Monitor,
-    ) -> Result<Option<Optimum>, Error> {
-        let path = self.optimum_path(plant);
-        if path.exists() {
-            monitor.skip(1);
-        } else {
-            let trial = self.trial();
-            let found = optimum::search(&trial.specimen(seed), task, &|| monitor.may_go_on());
-            let Some(mut schedule) = found else { return Ok(None) };
-            files::make_folder(&self.out.join("optima"))?;
-            files::write_track(&path, &trial.grow(seed, &mut schedule, task, &mut unwatched))?;
-            monitor.advance(1);
+    /// Each plant under each controller; then, if it is asked for, the best schedule for each plant.
+    fn stages(&self) -> Vec<Stage> {
+        let plants = || 1..=self.seeds.len();
+        let steered = self.plan.controllers.iter().flat_map(|NamedController { name, .. }| {
+            plants().map(move |plant| {
+                Unit::new(format!("{name}/plant-{plant:04}"), format!("{name} steers plant {plant}"))
+            })
+        });
+        let mut stages = vec![Stage {
+            name: "steering unseen beans".to_owned(),
+            pace: Pace::OneThreadEach,
+            units: steered.collect(),
+        }];
+        if self.plan.optimum {
+            let searched = plants().map(|plant| {
+                Unit::new(format!("optima/plant-{plant:04}"), format!("best schedule for plant {plant}"))
+            });
+            stages.push(Stage {
+                name: "searching schedules".to_owned(),
+                pace: Pace::OneThreadEach,
+                units: searched.collect(),
+            });
         }
-        let track = self.read_track(&path)?;
-        Ok(Some(Optimum { fitness: task.fitness(&track), is_done: task.is_done(&track) }))
+        stages
+    }
+
+    fn is_done(&self, place: Place) -> Result<bool, Error> {
+        Ok(self.path(place).exists())
+    }
+
+    fn execute(&self, place: Place, monitor: &dyn Monitor) -> Result<(), Error> {
+        let (plan, path) = (self.plan, self.path(place));
+        files::make_folder(path.parent().unwrap_or(&plan.out))?;
+        let plants = self.seeds.len();
+        let plant = place.unit % plants;
+        let (seed, task) = (self.seeds[plant], &self.tasks[plant]);
+        if place.stage == 0 {
+            let controller = &plan.controllers[place.unit / plants].controller;
+            plan.steer(controller, seed, task, &path, monitor)?;
+        } else {
+            let trial = plan.trial();
+            let found = optimum::search(&trial.specimen(seed), task, &|| monitor.may_go_on());
+            let mut schedule = found.ok_or_else(|| plan.interrupted())?;
+            files::write_track(&path, &trial.grow(seed, &mut schedule, task, &mut unwatched))?;
+        }
+        monitor.advance(1);
+        Ok(())
+    }
+
+    fn hear(&self, news: &News, monitor: &dyn Monitor) -> Result<(), Error> {
+        if *news == News::Begun {
+            monitor.note("virtual plants: nothing here is a measurement of a living plant");
+            if !self.plan.random_targets {
+                note_out_of_reach(&self.plan.task, &self.plan.greenhouse.bean, monitor);
+            }
+        }
+        Ok(())
     }
 }
 
-/// Does all `units` in parallel, each as a task of its own; `None` if one was interrupted.
-fn all<U: Sync, T: Send>(
-    units: &[U],
-    unit: impl Fn(&U) -> Result<Option<T>, Error> + Send + Sync,
-) -> Result<Option<Vec<T>>, Error> {
-    let done: Vec<Option<T>> = parallel::try_map(units.len(), |number| unit(&units[number]))?;
-    Ok(done.into_iter().collect())
+impl Steering<'_> {
+    /// The track file of a unit.
+    fn path(&self, place: Place) -> PathBuf {
+        let (controller, plant) = (place.unit / self.seeds.len(), place.unit % self.seeds.len());
+        if place.stage == 0 { self.plan.track_path(controller, plant) } else { self.plan.optimum_path(plant) }
+    }
+
+    /// Judges the tracks of all plants.
+    fn scores(&self, monitor: &dyn Monitor) -> Result<Scores, Error> {
+        let (plan, plants) = (self.plan, self.seeds.len());
+        let (bean, variation) = (&plan.greenhouse.bean, plan.greenhouse.variation);
+        let (steps, period_min) = (plan.task.max_steps, plan.period_min);
+        monitor.stage("judging", plants as u64);
+        let reference = Reference::of(bean, variation, steps, period_min, &|| monitor.may_go_on());
+        let reference = reference.ok_or_else(|| plan.interrupted())?;
+        let judge = Judge { reference: &reference, model: self.model.as_ref() };
+        let of_plant = |plant: usize| {
+            if !monitor.may_go_on() {
+                return Err(plan.interrupted());
+            }
+            let response = Response::of(bean, variation, self.seeds[plant], steps, period_min);
+            let of_controller = |controller| {
+                let track = plan.read_track(&plan.track_path(controller, plant))?;
+                Ok(judge.judge(&track, &self.tasks[plant], &response))
+            };
+            let judged = (0..plan.controllers.len()).map(of_controller).collect();
+            monitor.advance(1);
+            judged
+        };
+        let judged: Vec<Vec<PlantResult>> = parallel::try_map(plants, of_plant)?;
+        let optimum = |plant: usize| {
+            let (task, track) = (&self.tasks[plant], plan.read_track(&plan.optimum_path(plant))?);
+            let mut optimum = Optimum { fitness: task.fitness(&track), is_done: task.is_done(&track) };
+            if !plan.photographs {
+                judged[plant].iter().for_each(|result| optimum.raise(result));
+            }
+            Ok::<_, Error>(optimum)
+        };
+        let optima = plan.optimum.then(|| parallel::try_map(plants, optimum)).transpose()?;
+        let of_controller = |controller: usize| judged.iter().map(|one| one[controller].clone()).collect();
+        let plants = (0..plan.controllers.len()).map(of_controller).collect();
+        Ok(Scores { tasks: self.tasks.clone(), plants, optima })
+    }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::TransferPlan;
-use crate::{Error, holder};
+use crate::{Error, Work, holder};
 
 /// What a comparison of controllers does now.
 #[derive(Clone, Debug, Serialize)]

@@ -41,7 +41,7 @@ struct TrackProvenance {
 const DECIMALS: usize = 5;
 
 impl TransferPlan {
-    /// Steers the plant of `seed`, and writes its track to `path`; `None` if the monitor asked for an end before it was over.
+    /// Steers the plant of `seed`, and writes its track to `path`.
     pub(super) fn steer(
         &self,
         controller: &ControllerSpec,
@@ -49,7 +49,7 @@ impl TransferPlan {
         task: &Task,
         path: &Path,
         monitor: &dyn Monitor,
-    ) -> Result<Option<Track>, Error> {
+    ) -> Result<(), Error> {
         let mut is_whole = true;
         let mut watch = |sample: &Sample| {
             is_whole = sample.is_dark() || monitor.may_go_on();
@@ -68,17 +68,16 @@ impl TransferPlan {
             self.trial().grow(seed, &mut *controller, task, &mut watch)
         };
         if !is_whole {
-            return Ok(None);
+            return Err(Error::Interrupted { folder: self.out.clone() });
         }
         // Before the track, with which the plant counts as done.
         if self.photographs {
             files::write_json(&path.with_extension("json"), &TrackProvenance { is_virtual: true, seed })?;
         }
-        files::write_track(path, &track)?;
-        self.read_track(path).map(Some)
+        Ok(files::write_track(path, &track)?)
     }
 
-    /// The track of a plant that was steered before.
+    /// The track of a plant, as its file holds it.
     pub(super) fn read_track(&self, path: &Path) -> Result<Track, Error> {
         let bytes = files::read(path)?;
         let track = Track::read_csv_of(bytes.as_slice(), &self.greenhouse.layout);

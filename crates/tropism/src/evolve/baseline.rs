@@ -1,5 +1,7 @@
 //! The paper's random baseline: networks as NEAT's initial population makes them (section 3.1).
 
+use std::ops::Range;
+
 use serde::Serialize;
 use tropism_neat::{Config, Genome, random_genome};
 
@@ -24,28 +26,39 @@ pub struct Baseline {
     pub champion: Genome,
 }
 
-/// Tries `count` random networks, on all threads.
+impl Baseline {
+    /// The baseline of the networks with the fitness `scores`, from the first on, which [`random_scores`] tried with the same
+    /// `neat` and `seed`.
+    ///
+    /// # Panics
+    /// If there are none.
+    pub fn of<M: BatchModel>(scores: &[f64], model: &M, sensors: &Sensors, neat: &Config, seed: u64) -> Self {
+        assert!(!scores.is_empty(), "at least one controller");
+        let best = statistics::index_of_greatest(scores);
+        let champion = random_genome(neat, sensors.inputs(), outputs(model.layout()), seed, best as u64);
+        Self { count: scores.len() as u64, best: scores[best], median: statistics::median(scores), champion }
+    }
+}
+
+/// The fitness of the random networks of `indices`, in order, tried on all threads.
 ///
 /// `tick` gets the number of further networks that were tried; `false` from it breaks off, without a result.
-///
-/// # Panics
-/// If `count` is 0.
-pub fn baseline<M: BatchModel>(
+pub fn random_scores<M: BatchModel>(
     model: &M,
     task: &Task,
     sensors: &Sensors,
     neat: &Config,
     seed: u64,
-    count: u64,
+    indices: Range<u64>,
     tick: impl Fn(u64) -> bool + Send + Sync,
-) -> Option<Baseline> {
+) -> Option<Vec<f64>> {
     /// Controllers of one unit of parallel work. Chosen: a tenth of a second, and some megabytes of genomes.
     const CHUNK: u64 = 10_000;
-    assert!(count > 0, "at least one controller");
     let (inputs, outputs) = (sensors.inputs(), outputs(model.layout()));
-    let chunks = parallel::try_map(count.div_ceil(CHUNK) as usize, |chunk| {
-        let first = chunk as u64 * CHUNK;
-        let indices = first..count.min(first + CHUNK);
+    let Range { start, end } = indices;
+    let chunks = parallel::try_map((end - start).div_ceil(CHUNK) as usize, |chunk| {
+        let first = start + chunk as u64 * CHUNK;
+        let indices = first..end.min(first + CHUNK);
         let noise =
             |index: u64| NoiseStream::new(seed, Purpose::Growth, [(index >> 32) as u32, index as u32, 0]);
         let genomes: Vec<Genome> =
@@ -57,9 +70,5 @@ pub fn baseline<M: BatchModel>(
         let scores = model.score(task, sensors, episodes);
         if tick(scores.len() as u64) { Ok(scores) } else { Err(()) }
     });
-    let scores = chunks.ok()?.concat();
-    let best = statistics::index_of_greatest(&scores);
-    let (index, fitness) = (best as u64, scores[best]);
-    let champion = random_genome(neat, inputs, outputs, seed, index);
-    Some(Baseline { count, best: fitness, median: statistics::median(&scores), champion })
+    Some(chunks.ok()?.concat())
 }

@@ -34,7 +34,7 @@ use crate::random::{self, NoiseStream, Purpose};
 use crate::simulation::{BatchModel, Episode};
 use crate::task::Task;
 
-pub use baseline::{Baseline, baseline};
+pub use baseline::{Baseline, random_scores};
 pub use champion::{Champion, ChampionError, Choice, Trial, reason_to_withhold, trial, trial_of_genome};
 pub use config::{EvolutionConfig, EvolutionError};
 pub use rule_search::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial};

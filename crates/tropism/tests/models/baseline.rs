@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::leaning;
 use tropism::control::{NetworkController, Sensors};
-use tropism::evolve::baseline;
+use tropism::evolve::{Baseline, random_scores};
 use tropism::random::{NoiseStream, Purpose};
 use tropism::simulation::fitness_of;
 use tropism::task::Task;
@@ -23,7 +23,8 @@ fn a_baseline_is_what_each_of_its_genomes_does_by_itself() {
                 fitness_of(&model, &mut controller, &task, noise)
             })
             .collect();
-        let found = baseline(&model, &task, &sensors, &neat, 5, 1100, |_| true).unwrap();
+        let part = |indices| random_scores(&model, &task, &sensors, &neat, 5, indices, |_| true).unwrap();
+        let found = Baseline::of(&[part(0..700), part(700..1100)].concat(), &model, &sensors, &neat, 5);
         let best = scores.iter().copied().fold(f64::MIN, f64::max);
         assert_eq!(found.best.to_bits(), best.to_bits());
         let mut sorted = scores.clone();
@@ -43,7 +44,8 @@ fn a_baseline_that_is_broken_off_begins_no_further_work() {
         parts.fetch_add(1, Ordering::Relaxed);
         false
     };
-    assert!(baseline(&model, &task, &sensors, &Config::wahby2016(), 5, 5_000_000, tick).is_none());
+    let neat = Config::wahby2016();
+    assert!(random_scores(&model, &task, &sensors, &neat, 5, 0..5_000_000, tick).is_none());
     let threads = std::thread::available_parallelism().unwrap().get();
     assert!(parts.into_inner() <= threads, "each thread ends what it had begun");
 }

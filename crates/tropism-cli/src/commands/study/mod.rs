@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use serde::de::IgnoredAny;
-use tropism_lab::Error;
 use tropism_lab::files;
 use tropism_lab::replicates::{ReplicatesConfig, ReplicatesPlan};
 use tropism_lab::study::{StudyConfig, StudyPlan, StudyResults};
+use tropism_lab::{Error, Work};
 
 use crate::options::BeanOption;
-use crate::progress::execute_and_print;
 use crate::shell::Shell;
+use crate::units::UnitsOption;
 
 /// Repeat the whole paper: beans, photographs, model, evolution, and unseen beans
 ///
@@ -59,6 +59,9 @@ pub(crate) struct Study {
 
     #[command(flatten)]
     bean: BeanOption,
+
+    #[command(flatten)]
+    units: UnitsOption,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -75,10 +78,10 @@ impl Study {
             if out.join("replicates.toml").exists() {
                 self.check_keeps_nothing()?;
                 let plan = ReplicatesPlan::of_folder(&out)?;
-                return execute_and_print(&plan, shell, |results| replicates::text(results, &plan.out));
+                return self.units.execute(&plan, shell, |results| replicates::text(results, &plan.out));
             }
             let plan = StudyPlan { keep_photographs, ..StudyPlan::of_folder(&out)? };
-            return execute_and_print(&plan, shell, text);
+            return self.units.execute(&plan, shell, text);
         }
         if let Some(path) = self.file.as_deref().filter(|path| names_replicates(path)) {
             return self.compare(path, shell);
@@ -96,7 +99,8 @@ impl Study {
             config.check().map_err(Error::at(path.display()))?;
         }
         let out = self.out.unwrap_or_else(|| default.into());
-        execute_and_print(&StudyPlan { out, resume: self.resume, keep_photographs, config }, shell, text)
+        let plan = StudyPlan { out, resume: self.resume, keep_photographs, config };
+        self.units.execute(&plan, shell, text)
     }
 }
 
@@ -128,7 +132,7 @@ impl Study {
         config.check().map_err(Error::at(path.display()))?;
         let out = self.out.clone().unwrap_or_else(|| "tropism-replicates".into());
         let plan = ReplicatesPlan { out, resume: self.resume, config };
-        execute_and_print(&plan, shell, |results| replicates::text(results, &plan.out))
+        self.units.execute(&plan, shell, |results| replicates::text(results, &plan.out))
     }
 }
 

@@ -1,18 +1,18 @@
 //! `tropism sweep`: seeds times settings, in one table.
 
-mod python;
 mod table;
 
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
-use clap::{Args, ValueEnum};
-use serde::Serialize;
-use tropism_lab::sweep::{SweepConfig, SweepPlan, SweepUnit, UnitPlan};
+use clap::Args;
+use tropism_lab::Work;
+use tropism_lab::sweep::{SweepConfig, SweepPlan};
 
-use self::python::{Order, is_address};
-use crate::progress::{execute_and_print, for_user};
+use crate::progress::for_user;
+use crate::python::is_address;
 use crate::shell::Shell;
+use crate::units::UnitsOption;
 
 /// Compare settings over seeds: evolutions or studies of replicates, in one table
 ///
@@ -56,75 +56,23 @@ pub(crate) struct Sweep {
     #[arg(long)]
     resume: bool,
 
-    /// Execute unit K alone, from 1; others may be at work in DIR at the same time
-    #[arg(long, value_name = "K")]
-    unit: Option<usize>,
-
-    /// List the units of work, and do nothing
-    #[arg(long, conflicts_with = "unit")]
-    list: bool,
-
-    /// What executes the units: this program, or the workers of a Ray cluster that share DIR
-    #[arg(long, value_name = "ENGINE", value_enum, default_value_t = Engine::Local, conflicts_with_all = ["unit", "list"])]
-    engine: Engine,
-
-    /// Address of the Ray cluster; without it one is started on this machine
-    #[arg(long, value_name = "HOST:PORT")]
-    address: Option<String>,
-
-    /// Units that work at once on Ray; else one a core
-    #[arg(long, value_name = "N")]
-    workers: Option<u32>,
-}
-
-/// What executes the units of a sweep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "lowercase")]
-enum Engine {
-    Local,
-    Ray,
+    #[command(flatten)]
+    units: UnitsOption,
 }
 
 impl Sweep {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        if self.engine == Engine::Local && (self.address.is_some() || self.workers.is_some()) {
-            bail!("--address and --workers go with --engine ray");
-        }
         let is_at_address = is_address(&self.out);
-        if is_at_address && (self.unit.is_some() || self.list && self.file.is_none()) {
+        if is_at_address && (self.units.unit.is_some() || self.units.list && self.file.is_none()) {
             bail!("--out {} must be a folder with --unit or --list", self.out.display());
         }
-        // What is at an address only Python can read.
-        let plan = if is_at_address && self.file.is_none() { None } else { Some(self.plan()?) };
-        let order = Order {
-            plan: plan.as_ref(),
-            out: &self.out,
-            engine: self.engine,
-            address: self.address.as_deref(),
-            workers: self.workers,
-            threads: (self.engine == Engine::Local).then(rayon::current_num_threads),
-        };
-        let Some(plan) = plan.as_ref().filter(|_| self.list || !is_at_address) else {
-            let results = order.execute_all()?;
+        if is_at_address && !self.units.list {
+            // What is at an address only Python can read.
+            let plan = self.file.is_some().then(|| self.plan()).transpose()?;
+            let results = self.units.order(plan.as_ref(), &self.out).execute_all()?;
             return shell.result(&table::sweep(&results, &self.out), &results);
-        };
-        if self.list {
-            let units = plan.units().map_err(for_user)?;
-            return shell.result(&listed(&units), &units);
         }
-        if self.engine == Engine::Ray {
-            order.execute_units()?;
-            // All units are finished: what is left is the table.
-            let plan = SweepPlan { resume: true, ..plan.clone() };
-            return execute_and_print(&plan, shell, |results| table::sweep(results, &plan.out));
-        }
-        match self.unit {
-            Some(unit) => {
-                let plan = UnitPlan { sweep: plan.clone(), unit };
-                execute_and_print(&plan, shell, |results| table::unit(results, &plan.sweep.out))
-            }
-            None => execute_and_print(plan, shell, |results| table::sweep(results, &plan.out)),
-        }
+        self.units.execute(&self.plan()?, shell, |results| table::sweep(results, &self.out))
     }
 
     fn plan(&self) -> Result<SweepPlan> {
@@ -142,11 +90,4 @@ impl Sweep {
         }
         Ok(SweepPlan { out: self.out.clone(), resume: self.resume, folder, config })
     }
-}
-
-fn listed(units: &[SweepUnit]) -> String {
-    let line = |SweepUnit { number, unit, setting, seed, .. }: &SweepUnit| {
-        format!("{number:>5}  {unit:<24} {setting}; seed {seed}")
-    };
-    units.iter().map(line).collect::<Vec<_>>().join("\n")
 }

@@ -6,29 +6,13 @@ use std::path::Path;
 use tropism::math::rank_test;
 use tropism_lab::comparison::{SIGNIFICANT, p_text};
 use tropism_lab::files::shell_word;
-use tropism_lab::sweep::{SettingPair, SweepResults, SweepRow, UnitResults};
+use tropism_lab::sweep::{SettingPair, SweepResults, SweepRow};
 use tropism_lab::units::plural;
 
-use super::python::is_address;
+use crate::python::is_address;
 
 /// Most pairs that are printed; all stand in `sweep.json`. Chosen: eight settings make as many.
 const MOST_PAIRS: usize = 28;
-
-pub(super) fn unit(results: &UnitResults, out: &Path) -> String {
-    let mut text = format!("{}: {}, seed {}\n", results.unit, results.setting, results.seed);
-    for found in &results.found {
-        let fitness: Vec<String> = found.fitness.iter().map(|value| format!("{value:.2}")).collect();
-        let case = if found.case.is_empty() { "best fitness of each run" } else { &found.case };
-        let _ = writeln!(text, "{case}: {}", fitness.join(", "));
-    }
-    let _ = write!(
-        text,
-        "wrote {}\nnext, when all units are done: tropism sweep --out {} --resume",
-        out.join("units").join(&results.unit).join("unit.json").display(),
-        shell_word(out)
-    );
-    text
-}
 
 pub(super) fn sweep(results: &SweepResults, out: &Path) -> String {
     let kind = if results.is_virtual { "virtual plants or a model of them, " } else { "" };

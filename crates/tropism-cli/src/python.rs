@@ -1,4 +1,4 @@
-//! A sweep whose units work on a Ray cluster, or whose files lie at an fsspec address: Python's `tropism.sweep_command` is
+//! Work whose units are executed by a Ray cluster, or whose files lie at an fsspec address: Python's `tropism.work_command` is
 //! started, and given the plan.
 
 use std::io::{ErrorKind, Write};
@@ -7,10 +7,9 @@ use std::process::{Command, Output, Stdio};
 
 use anyhow::{Context, Result, anyhow, bail};
 use serde::Serialize;
-use tropism_lab::Workflow;
-use tropism_lab::sweep::{SweepPlan, SweepResults};
+use serde::de::DeserializeOwned;
+use tropism_lab::Work;
 
-use super::Engine;
 use crate::progress::for_user;
 use crate::shell::{Interrupted, Shell};
 
@@ -19,34 +18,39 @@ const PYTHON: &str = "python3";
 
 /// What is sent to Python.
 #[derive(Serialize)]
-pub(super) struct Order<'a> {
-    /// `None` goes on with the sweep at the address `out`.
-    pub(super) plan: Option<&'a SweepPlan>,
-    pub(super) out: &'a Path,
-    pub(super) engine: Engine,
+pub(crate) struct Order<'a, W> {
+    /// Name of the workflow.
+    pub(crate) workflow: &'static str,
+    /// `None` goes on with the work at the address `out`.
+    pub(crate) plan: Option<&'a W>,
+    pub(crate) out: &'a Path,
+    /// `local` or `ray`.
+    pub(crate) engine: &'static str,
     /// Of the cluster.
-    pub(super) address: Option<&'a str>,
-    pub(super) workers: Option<u32>,
-    /// Of all units together on this machine; on Ray each has one.
-    pub(super) threads: Option<usize>,
+    pub(crate) address: Option<&'a str>,
+    /// Of all units together on this machine.
+    pub(crate) threads: usize,
 }
 
 /// Whether `out` is an fsspec address, such as `s3://bucket/sweep`, and no folder.
-pub(super) fn is_address(out: &Path) -> bool {
+pub(crate) fn is_address(out: &Path) -> bool {
     out.to_str().is_some_and(|text| text.contains("://"))
 }
 
-impl Order<'_> {
+impl<W: Work> Order<'_, W> {
     /// Executes the units in a folder that the cluster shares.
-    pub(super) fn execute_units(&self) -> Result<()> {
+    pub(crate) fn execute_units(&self) -> Result<()> {
         self.execute().map(drop)
     }
 
-    /// Executes the sweep at an address.
-    pub(super) fn execute_all(&self) -> Result<SweepResults> {
+    /// Executes the work at an address.
+    pub(crate) fn execute_all(&self) -> Result<W::Results>
+    where
+        W::Results: DeserializeOwned,
+    {
         let output = self.execute()?;
         serde_json::from_slice(&output.stdout)
-            .with_context(|| format!("the results of {PYTHON} -m tropism.sweep_command"))
+            .with_context(|| format!("the results of {PYTHON} -m tropism.work_command"))
     }
 
     fn execute(&self) -> Result<Output> {
@@ -56,7 +60,7 @@ impl Order<'_> {
         self.check_python()?;
         let order = serde_json::to_vec(self)?;
         let mut child = Command::new(PYTHON)
-            .args(["-m", "tropism.sweep_command"])
+            .args(["-m", "tropism.work_command"])
             .stdin(Stdio::piped())
             // Only the table goes to the command's own stdout.
             .stdout(Stdio::piped())
@@ -69,7 +73,7 @@ impl Order<'_> {
             return Err(Interrupted::resumable(self.out));
         }
         if !output.status.success() {
-            bail!("the sweep in Python ended with {}: the line above says why", output.status);
+            bail!("the work in Python ended with {}: the line above says why", output.status);
         }
         Ok(output)
     }
@@ -77,9 +81,9 @@ impl Order<'_> {
     /// Checks that there is a Python with tropism and what else is needed.
     fn check_python(&self) -> Result<()> {
         let wanted = match (self.engine, is_address(self.out)) {
-            (Engine::Local, _) => "fsspec",
-            (Engine::Ray, false) => "ray",
-            (Engine::Ray, true) => "ray, fsspec",
+            ("local", _) => "fsspec",
+            (_, false) => "ray",
+            (_, true) => "ray, fsspec",
         };
         let import = format!("import tropism, {wanted}");
         let said = match Command::new(PYTHON).args(["-c", &import]).stdin(Stdio::null()).output() {

@@ -1,0 +1,121 @@
+//! Who may work in a folder, and on what.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::{Record, Units, Work};
+use crate::difference::differences;
+use crate::lock::{FolderLock, LockError, lock};
+use crate::{Error, files};
+
+/// How often a unit tries to write the record of its work, which takes a moment, while others do; each waits a tenth of a
+/// second. Chosen.
+const CLAIM_TRIES: u32 = 100;
+
+/// Makes the folder of a work, or checks that the work in it is this one, and locks it until the lock is dropped.
+pub(super) fn claim<W: Work>(work: &W, begun: &W::Begun<'_>) -> Result<FolderLock, Error> {
+    let record = begun.record()?;
+    check_free::<W>(work.out())?;
+    check::<W>(work, begun, &record, work.is_resumed())?;
+    files::make_folder(work.out())?;
+    let lock = lock(work.out())?;
+    write::<W>(work, &record)?;
+    Ok(lock)
+}
+
+/// [`claim`] for one unit: others may do the same at this moment, and none keeps the lock.
+pub(super) fn claim_beside_others<W: Work>(work: &W, begun: &W::Begun<'_>) -> Result<(), Error> {
+    let (record, path) = (begun.record()?, work.out().join(W::RECORD));
+    check_free::<W>(work.out())?;
+    files::make_folder(work.out())?;
+    for _ in 0..CLAIM_TRIES {
+        if path.exists() {
+            break;
+        }
+        match lock(work.out()) {
+            Ok(_lock) => write::<W>(work, &record)?,
+            // Another unit writes the record.
+            Err(LockError::InUse { .. }) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    check_same(&path, &record.text, true, W::NAME)
+}
+
+/// Checks that a folder is one, and that results in it are of a work that has its record there: others are never replaced.
+fn check_free<W: Work>(folder: &Path) -> Result<(), Error> {
+    if folder.exists() && !folder.is_dir() {
+        return Err(Error::Plan(format!(
+            "{}: found a file, wanted a folder for {}: choose a new one (`out`)",
+            folder.display(),
+            W::NAME
+        )));
+    }
+    let results = || W::RESULTS.iter().map(|name| folder.join(name)).find(|path| path.exists());
+    match results() {
+        Some(path) if !folder.join(W::RECORD).exists() => Err(Error::Plan(format!(
+            "{}: a file is here already, but no {} beside it: choose a new folder (`out`)",
+            path.display(),
+            W::RECORD
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn check<W: Work>(work: &W, begun: &W::Begun<'_>, record: &Record, is_resumed: bool) -> Result<(), Error> {
+    let path = work.out().join(W::RECORD);
+    let is_extended =
+        is_resumed && path.exists() && files::read_text(&path).is_ok_and(|known| begun.extends(&known));
+    if is_extended { Ok(()) } else { check_same(&path, &record.text, is_resumed, W::NAME) }
+}
+
+fn write<W: Work>(work: &W, record: &Record) -> Result<(), Error> {
+    let (folder, path) = (work.out(), work.out().join(W::RECORD));
+    let is_known = path.exists() && files::read_text(&path)? == record.text;
+    if !is_known {
+        for name in W::RESULTS {
+            files::remove(&folder.join(name))?;
+        }
+    }
+    for (name, content) in &record.beside {
+        files::write(&folder.join(name), content)?;
+    }
+    // Last: a work with its record has all that it needs.
+    if !is_known {
+        files::write(&path, record.text.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Checks that the folder of `record` is free for work whose settings are `text`, or that the same work may continue there.
+/// `what` names the work, with its article.
+///
+/// # Errors
+/// [`Error::Plan`] if the work is there without `resume`, or is another one.
+pub(crate) fn check_same(record: &Path, text: &str, resume: bool, what: &str) -> Result<(), Error> {
+    if !record.exists() {
+        return Ok(());
+    }
+    if !resume {
+        return Err(Error::Plan(format!(
+            "{}: {what} is here already: choose a new folder (`out`), or go on with it by `resume`",
+            record.parent().unwrap_or(record).display()
+        )));
+    }
+    let found = files::read_text(record)?;
+    if found == text {
+        return Ok(());
+    }
+    let [found, wanted] = [&found, text].map(|text| files::parse_toml(record, text));
+    Err(other_settings(record, what, &found?, &wanted?))
+}
+
+/// The error that `what` has the settings `found` in the file `record`, and not those that are `wanted`.
+fn other_settings(record: &Path, what: &str, found: &Value, wanted: &Value) -> Error {
+    Error::Plan(format!(
+        "{}: {what} with other settings is here{}: go on with the same, or choose another folder",
+        record.display(),
+        differences(found, wanted)
+    ))
+}
