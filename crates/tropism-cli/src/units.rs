@@ -43,7 +43,7 @@ pub(crate) struct UnitsOption {
     #[arg(long, value_name = "K")]
     pub(crate) unit: Option<usize>,
 
-    /// List the units of work, and do nothing
+    /// List the units: number, stage, name; do nothing
     #[arg(long, conflicts_with = "unit")]
     pub(crate) list: bool,
 
@@ -80,7 +80,8 @@ impl UnitsOption {
         }
         let mut work = work.clone();
         if self.engine != Engine::Local {
-            self.order(Some(&work), work.out()).execute_units()?;
+            let absolute = work.clone().with_absolute_paths().map_err(for_user)?;
+            self.order(Some(&absolute), absolute.out()).execute_units()?;
             // All units are done: what is left is the collection of the results.
             work = W::of_folder(work.out()).map_err(for_user)?;
         }
@@ -99,9 +100,9 @@ impl UnitsOption {
 }
 
 fn listed(units: &[ListedUnit]) -> String {
-    let line = |ListedUnit { number, unit, about, is_done, .. }: &ListedUnit| {
+    let line = |ListedUnit { number, stage, unit, about, is_done }: &ListedUnit| {
         let done = if *is_done { "done  " } else { "" };
-        format!("{number:>5}  {unit:<24} {done}{about}")
+        format!("{number:>5}  {stage}  {unit:<24} {done}{about}")
     };
     units.iter().map(line).collect::<Vec<_>>().join("\n")
 }

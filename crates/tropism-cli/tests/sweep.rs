@@ -124,7 +124,7 @@ fn threads_units_and_kills_end_in_the_same_bits() {
 
     // Unit by unit, the last first, and two of them at the same moment; then the table.
     let list = assert_ok(&sweep("alone", &["--list"]));
-    assert!(list.starts_with("    1  setting-1-seed-3") && list.lines().count() == 4, "{list}");
+    assert!(list.starts_with("    1  1  setting-1-seed-3") && list.lines().count() == 4, "{list}");
     let unit = |unit: &str| {
         command(&folder, &["sweep", "sweep.toml", "--out", "alone", "--unit", unit]).spawn().unwrap()
     };
@@ -361,15 +361,15 @@ fn an_array_job_gives_the_same_as_one_program() {
     let sbatch = folder.path().join("sbatch");
     fs::write(&sbatch, SBATCH).unwrap();
     fs::set_permissions(&sbatch, fs::Permissions::from_mode(0o755)).unwrap();
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/slurm/sweep");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/slurm/work");
     let output = Command::new(script)
         .current_dir(&folder)
-        .args(["sweep.toml", "array job", "--", "--time=10"])
+        .args(["array job", "sweep", "sweep.toml", "--", "--time=10"])
         .env("SBATCH", &sbatch)
         .env("TROPISM", env!("CARGO_BIN_EXE_tropism"))
         .output()
         .unwrap();
-    assert!(assert_ok(&output).contains("4 units as job 7"));
+    assert!(assert_ok(&output).contains("4 units; the last jobs: 7"));
     assert_ok(&tropism(&folder, &["sweep", "sweep.toml", "--out", "alone"]));
     let units = |out: &str| -> Vec<Vec<u8>> {
         let names = ["setting-1-seed-3", "setting-1-seed-8", "setting-2-seed-3", "setting-2-seed-8"];

@@ -33,8 +33,9 @@ pub struct BaselinePlan {
     pub seed: u64,
     /// Whether to continue a baseline in `out`.
     pub resume: bool,
-    /// Folder for the fitness of all and the genome of the best.
-    pub out: PathBuf,
+    /// Folder for the fitness of all and the genome of the best; without one nothing is kept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub out: Option<PathBuf>,
 }
 
 /// The largest [`BaselinePlan::count`]: the fitness of each controller is kept, 8 bytes each.
@@ -49,7 +50,7 @@ impl Default for BaselinePlan {
             count: 2_000_000,
             seed: 1,
             resume: false,
-            out: "baseline".into(),
+            out: None,
         }
     }
 }
@@ -86,7 +87,7 @@ impl Workflow for BaselinePlan {
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<BaselineResults, Error> {
-        work::perform(self, monitor)
+        work::perform_in(self.out.as_deref(), |out| Self { out: Some(out), ..self.clone() }, monitor)
     }
 }
 
@@ -99,16 +100,21 @@ impl Work for BaselinePlan {
     type Begun<'p> = Trying<'p>;
 
     fn out(&self) -> &Path {
-        &self.out
+        self.out.as_deref().unwrap_or(Path::new(""))
     }
 
     fn is_resumed(&self) -> bool {
         self.resume
     }
 
+    fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
+        self.out.iter_mut().chain([&mut self.model]).collect()
+    }
+
     fn of_folder(out: &Path) -> Result<Self, Error> {
         let BaselineRecord { seed, count, task, neat, .. } = files::read_toml(&out.join(Self::RECORD))?;
-        Ok(Self { model: out.join(MODEL), task, neat, count, seed, resume: true, out: out.to_owned() })
+        let (model, out) = (out.join(MODEL), Some(out.to_owned()));
+        Ok(Self { model, task, neat, count, seed, resume: true, out })
     }
 
     fn begin(&self, monitor: &dyn Monitor) -> Result<Trying<'_>, Error> {
@@ -126,9 +132,9 @@ impl Work for BaselinePlan {
             is_virtual: Some(model.is_virtual()),
             ..Champion::of_model(champion, &sensors, model, &model.to_json())
         };
-        champion::write(&self.out.join("champion.json"), &champion)?;
+        champion::write(&self.out().join("champion.json"), &champion)?;
         let results = BaselineResults { count, best, median };
-        files::write_json(&self.out.join("baseline.json"), &results)?;
+        files::write_json(&self.out().join("baseline.json"), &results)?;
         Ok(results)
     }
 }
@@ -137,7 +143,8 @@ impl BaselinePlan {
     /// The files that are written to [`out`](Self::out), but for those of single units.
     #[must_use]
     pub fn outputs(&self) -> Vec<PathBuf> {
-        ["baseline.toml", "champion.json", "baseline.json"].map(|name| self.out.join(name)).into()
+        let names = ["baseline.toml", "champion.json", "baseline.json"];
+        self.out.iter().flat_map(|out| names.map(|name| out.join(name))).collect()
     }
 }
 
@@ -174,7 +181,7 @@ impl Trying<'_> {
 
     /// The file with the fitness of a unit.
     fn path(&self, unit: u64) -> PathBuf {
-        self.plan.out.join("fitness").join(format!("{:04}.f64", unit + 1))
+        self.plan.out().join("fitness").join(format!("{:04}.f64", unit + 1))
     }
 }
 
@@ -210,7 +217,7 @@ impl Units for Trying<'_> {
     }
 
     fn execute(&self, place: Place, monitor: &dyn Monitor) -> Result<(), Error> {
-        let BaselinePlan { task, neat, seed, out, .. } = self.plan;
+        let (BaselinePlan { task, neat, seed, .. }, out) = (self.plan, self.plan.out());
         let unit = place.unit as u64;
         let tick = |count| {
             monitor.advance(count);
@@ -219,7 +226,7 @@ impl Units for Trying<'_> {
         let controllers = self.controllers(unit);
         let scores =
             evolve::random_scores(&self.model, task, &Sensors::default(), neat, *seed, controllers, tick)
-                .ok_or_else(|| Error::Interrupted { folder: out.clone() })?;
+                .ok_or_else(|| Error::Interrupted { folder: out.to_owned() })?;
         files::make_folder(&out.join("fitness"))?;
         let bytes: Vec<u8> = scores.into_iter().flat_map(f64::to_le_bytes).collect();
         Ok(files::write(&self.path(unit), &bytes)?)

@@ -31,8 +31,10 @@ pub struct CalibratePlan {
     pub species: Species,
     /// Whether to continue a calibration in `out`.
     pub resume: bool,
-    /// Folder for the estimates of each plant, and for the species with these estimates and their spread.
-    pub out: PathBuf,
+    /// Folder for the estimates of each plant, and for the species with these estimates and their spread; without one nothing is
+    /// kept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub out: Option<PathBuf>,
 }
 
 impl Default for CalibratePlan {
@@ -42,7 +44,7 @@ impl Default for CalibratePlan {
             interval_min: PAPER_PERIOD_MIN,
             species: Species::default(),
             resume: false,
-            out: "calibration".into(),
+            out: None,
         }
     }
 }
@@ -115,7 +117,7 @@ impl Workflow for CalibratePlan {
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<Vec<PlantEstimates>, Error> {
-        work::perform(self, monitor)
+        work::perform_in(self.out.as_deref(), |out| Self { out: Some(out), ..self.clone() }, monitor)
     }
 }
 
@@ -141,11 +143,15 @@ impl Work for CalibratePlan {
     type Begun<'p> = Calibrating<'p>;
 
     fn out(&self) -> &Path {
-        &self.out
+        self.out.as_deref().unwrap_or(Path::new(""))
     }
 
     fn is_resumed(&self) -> bool {
         self.resume
+    }
+
+    fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
+        self.out.iter_mut().chain(&mut self.tracks).collect()
     }
 
     /// The tracks must still be where they were.
@@ -153,7 +159,7 @@ impl Work for CalibratePlan {
         let CalibrationRecord { interval_min, tracks, species, .. } =
             files::read_toml(&out.join(Self::RECORD))?;
         let tracks = tracks.into_iter().map(|track| track.file).collect();
-        Ok(Self { tracks, interval_min, species, resume: true, out: out.to_owned() })
+        Ok(Self { tracks, interval_min, species, resume: true, out: Some(out.to_owned()) })
     }
 
     fn begin(&self, _monitor: &dyn Monitor) -> Result<Calibrating<'_>, Error> {
@@ -170,7 +176,7 @@ impl Work for CalibratePlan {
         };
         let plants: Vec<PlantEstimates> =
             (0..calibrating.tracks.len()).map(read).collect::<Result<_, _>>()?;
-        let path = self.out.join(BEAN);
+        let path = self.out().join(BEAN);
         let species = with_estimates(self.species.clone(), &pool(&plants), plants.len());
         files::write(&path, files::toml_of(&path, &species)?.as_bytes())?;
         Ok(plants)
@@ -181,13 +187,13 @@ impl CalibratePlan {
     /// The files that are written to [`out`](Self::out), but for those of single plants.
     #[must_use]
     pub fn outputs(&self) -> Vec<PathBuf> {
-        [Self::RECORD, BEAN].map(|name| self.out.join(name)).into()
+        self.out.iter().flat_map(|out| [Self::RECORD, BEAN].map(|name| out.join(name))).collect()
     }
 
-    /// The file of the species with the estimates.
+    /// The file of the species with the estimates; `None` if nothing is kept.
     #[must_use]
-    pub fn bean(&self) -> PathBuf {
-        self.out.join(BEAN)
+    pub fn bean(&self) -> Option<PathBuf> {
+        self.out.as_ref().map(|out| out.join(BEAN))
     }
 }
 
@@ -200,7 +206,7 @@ pub struct Calibrating<'p> {
 impl Calibrating<'_> {
     /// The file with the estimates of plant `number`, from 0.
     fn path(&self, number: usize) -> PathBuf {
-        self.plan.out.join("plants").join(format!("{:04}.json", number + 1))
+        self.plan.out().join("plants").join(format!("{:04}.json", number + 1))
     }
 }
 
@@ -229,12 +235,12 @@ impl Units for Calibrating<'_> {
     }
 
     fn execute(&self, place: Place, monitor: &dyn Monitor) -> Result<(), Error> {
-        let CalibratePlan { interval_min, species, out, .. } = self.plan;
+        let (CalibratePlan { interval_min, species, .. }, out) = (self.plan, self.plan.out());
         let Input { file, .. } = &self.tracks[place.unit];
         let track = files::read_track(file)?;
         let calibration = calibrate(&track, *interval_min, species, &|| monitor.may_go_on())
             .map_err(Error::at(file.display()))?
-            .ok_or_else(|| Error::Interrupted { folder: out.clone() })?;
+            .ok_or_else(|| Error::Interrupted { folder: out.to_owned() })?;
         files::make_folder(&out.join("plants"))?;
         files::write_json(&self.path(place.unit), &PlantEstimates::new(file.clone(), &calibration))?;
         monitor.advance(1);
@@ -450,18 +456,19 @@ mod tests {
         let tracks = vec![folder.path().join("1.csv"), folder.path().join("2.csv")];
         tracks.iter().for_each(|path| files::write_track(path, &track).unwrap());
         let out = folder.path().join("mine");
-        let plan = CalibratePlan { tracks, out: out.clone(), ..CalibratePlan::default() };
+        let plan = CalibratePlan { tracks, out: Some(out.clone()), ..CalibratePlan::default() };
+        let bean = plan.bean().unwrap();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         let ended = pool.install(|| plan.execute(&One::default())).unwrap_err();
         assert!(matches!(ended, Error::Interrupted { folder } if folder == out));
-        assert!(out.join("plants/0001.json").exists() && !plan.bean().exists());
+        assert!(out.join("plants/0001.json").exists() && !bean.exists());
         let resumed = CalibratePlan::of_folder(&out).unwrap();
         assert_eq!(resumed.execute(&crate::Silent).unwrap().len(), 2);
-        assert!(plan.bean().exists());
+        assert!(bean.exists());
         // The same plants as without an interruption.
-        let whole = CalibratePlan { out: folder.path().join("whole"), ..plan.clone() };
+        let whole = CalibratePlan { out: Some(folder.path().join("whole")), ..plan.clone() };
         whole.execute(&crate::Silent).unwrap();
-        assert_eq!(files::read(&whole.bean()).unwrap(), files::read(&plan.bean()).unwrap());
+        assert_eq!(files::read(&whole.bean().unwrap()).unwrap(), files::read(&bean).unwrap());
         files::write(&plan.tracks[1], b"changed").unwrap();
         let error = resumed.execute(&crate::Silent).unwrap_err().to_string();
         assert!(error.contains("a calibration with other settings is here"), "{error}");

@@ -154,16 +154,16 @@ fn a_champion_is_simulated_scored_and_shown() {
         model: evolve.model,
         task: evolve.task,
         count: 500,
-        out: folder.path().join("baseline"),
+        out: Some(folder.path().join("baseline")),
         ..BaselinePlan::default()
     };
     let random = baseline.execute(&Silent).unwrap();
     assert!(random.median <= random.best);
     let refusal = baseline.execute(&Silent).unwrap_err().to_string();
     assert!(refusal.contains("a baseline is here already"), "{refusal}");
-    let other = BaselinePlan { out: folder.path().join("other"), ..baseline };
+    let other = BaselinePlan { out: Some(folder.path().join("other")), ..baseline };
     let interrupted = other.execute(&Counter::until(0)).unwrap_err();
-    assert!(matches!(interrupted, Error::Interrupted { folder } if folder == other.out));
+    assert!(matches!(interrupted, Error::Interrupted { folder } if Some(&folder) == other.out.as_ref()));
 }
 
 /// In 40 steps of five minutes no plant grows by 3 cm; in 40 of half an hour it does.
@@ -183,7 +183,6 @@ fn targets_are_drawn_for_plants_at_the_steps_of_the_model() {
         model: model.to_owned(),
         task: task.clone(),
         count: 10,
-        out: model.with_extension("baseline"),
         ..BaselinePlan::default()
     };
     let error = plan(&model).execute(&Silent).unwrap_err().to_string();

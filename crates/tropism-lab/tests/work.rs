@@ -155,7 +155,7 @@ fn baselines() {
         model: model.clone(),
         task: task.clone(),
         count: 1_020_000,
-        out,
+        out: Some(out),
         ..BaselinePlan::default()
     };
     assert_eq!(comes_to_the_same(plan), 2);
@@ -190,11 +190,11 @@ fn forecasts_and_calibrations() {
         plants: 2,
         horizons_min: vec![5.0, 60.0],
         interval_min: 300.0,
-        out,
+        out: Some(out),
         ..ForecastPlan::default()
     };
     assert_eq!(comes_to_the_same(plan), 4);
-    let plan = |out| CalibratePlan { tracks: tracks.clone(), out, ..CalibratePlan::default() };
+    let plan = |out| CalibratePlan { tracks: tracks.clone(), out: Some(out), ..CalibratePlan::default() };
     assert_eq!(comes_to_the_same(plan), 2);
 }
 

@@ -15,8 +15,9 @@ use serde::Serialize;
 use tropism::rig::Event;
 use tropism::track::Sample;
 use tropism_lab::study::{StudyConfig, StudyPlan};
-use tropism_lab::sweep::{SweepConfig, SweepPlan};
-use tropism_lab::{Error, Monitor, RunPlan, Workflow};
+use tropism_lab::sweep::SweepConfig;
+use tropism_lab::work::{self, UnitPlan};
+use tropism_lab::{Error, Monitor, RunPlan, Work, Workflow};
 use tropism_neat::Generation;
 
 use crate::error::{
@@ -173,13 +174,68 @@ workflows! {
     "status" => tropism_lab::status::StatusPlan,
     "stop" => tropism_lab::stop::StopPlan,
     "study" => StudyPlan,
-    "sweep" => SweepPlan,
-    "sweep_unit" => tropism_lab::sweep::UnitPlan,
+    "sweep" => tropism_lab::sweep::SweepPlan,
     "timelapse" => tropism_lab::timelapse::TimelapsePlan,
     "track" => tropism_lab::track::TrackPlan,
     "transfer" => tropism_lab::transfer::TransferPlan,
     "tune" => tropism_lab::tune::TunePlan,
     "wall" => tropism_lab::wall::WallPlan,
+}
+
+/// What there is to know about a long work.
+struct WorkEntry {
+    unit: Execute,
+    units: fn(&str) -> PyResult<String>,
+    absolute: fn(&str) -> PyResult<String>,
+    of_folder: fn(&Path) -> PyResult<String>,
+    has_begun: fn(&str) -> PyResult<bool>,
+}
+
+fn has_begun<W: Work>(plan: &str) -> PyResult<bool> {
+    parsed::<W>("plan", plan).map(|plan| plan.out().join(W::RECORD).exists())
+}
+
+fn units<W: Work>(plan: &str) -> PyResult<String> {
+    work::units_of(&parsed::<W>("plan", plan)?).map(|units| json(&units)).map_err(of_lab)
+}
+
+fn absolute<W: Work>(plan: &str) -> PyResult<String> {
+    parsed::<W>("plan", plan)?.with_absolute_paths().map(|plan| json(&plan)).map_err(of_lab)
+}
+
+fn of_folder<W: Work>(folder: &Path) -> PyResult<String> {
+    W::of_folder(folder).map(|plan| json(&plan)).map_err(of_lab)
+}
+
+macro_rules! works {
+    ($($plan:ty,)*) => {
+        fn find_work(name: &str) -> PyResult<WorkEntry> {
+            Ok(match name {
+                $(<$plan as Work>::WORKFLOW => WorkEntry {
+                    unit: execute::<UnitPlan<$plan>>,
+                    units: units::<$plan>,
+                    absolute: absolute::<$plan>,
+                    of_folder: of_folder::<$plan>,
+                    has_begun: has_begun::<$plan>,
+                },)*
+                _ => {
+                    let known = [$(<$plan as Work>::WORKFLOW),*];
+                    return Err(refused(format!("found {name:?}, wanted a long work: one of {}", known.join(", "))));
+                }
+            })
+        }
+    };
+}
+
+works! {
+    tropism_lab::baseline::BaselinePlan,
+    tropism_lab::calibrate::CalibratePlan,
+    tropism_lab::evolve::EvolvePlan,
+    tropism_lab::forecast::ForecastPlan,
+    tropism_lab::replicates::ReplicatesPlan,
+    StudyPlan,
+    tropism_lab::sweep::SweepPlan,
+    tropism_lab::transfer::TransferPlan,
 }
 
 /// The exception for an error of the lab.
@@ -270,14 +326,40 @@ pub(crate) fn execute_workflow(
     listener: Option<Bound<'_, PyAny>>,
     threads: Option<usize>,
 ) -> PyResult<String> {
-    let (entry, pool) = (find(name)?, threads::pool(threads)?);
+    executed(py, name, find(name)?.execute, plan, listener, threads)
+}
+
+/// Executes unit `unit`, from 1, of the work of the workflow `name`, as [`execute_workflow`] does a whole.
+#[pyfunction]
+#[pyo3(signature = (name, plan, unit, listener=None, threads=None))]
+pub(crate) fn execute_unit(
+    py: Python<'_>,
+    name: &str,
+    plan: &str,
+    unit: usize,
+    listener: Option<Bound<'_, PyAny>>,
+    threads: Option<usize>,
+) -> PyResult<String> {
+    let order = format!("{{\"work\": {plan}, \"unit\": {unit}}}");
+    executed(py, name, find_work(name)?.unit, &order, listener, threads)
+}
+
+fn executed(
+    py: Python<'_>,
+    name: &str,
+    execute: Execute,
+    plan: &str,
+    listener: Option<Bound<'_, PyAny>>,
+    threads: Option<usize>,
+) -> PyResult<String> {
+    let pool = threads::pool(threads)?;
     let (sender, receiver) = channel();
     let reporter = Reporter { sender, may_go_on: AtomicBool::new(true) };
     let listener = Listener { object: listener };
     let mut stopped_by = None;
     let outcome = std::thread::scope(|scope| {
         let worker = scope.spawn(|| {
-            let work = || (entry.execute)(plan, &reporter);
+            let work = || execute(plan, &reporter);
             let outcome = catch_unwind(AssertUnwindSafe(|| threads::within(pool.as_ref(), work)));
             reporter.send(Message::End);
             outcome
@@ -342,16 +424,32 @@ pub(crate) fn workflow_names() -> Vec<&'static str> {
     NAMES.to_vec()
 }
 
-/// The plan (JSON) that goes on with the `run`, `study` or `sweep` in `folder`, from this folder alone.
+/// The plan (JSON) that goes on with the run or the long work in `folder`, from this folder alone.
 #[pyfunction]
 pub(crate) fn plan_of_folder(name: &str, folder: PathBuf) -> PyResult<String> {
-    match name {
-        "run" => RunPlan::of_folder(&folder, true).map(|plan| json(&plan)),
-        "study" => StudyPlan::of_folder(&folder).map(|plan| json(&plan)),
-        "sweep" => SweepPlan::of_folder(&folder).map(|plan| json(&plan)),
-        _ => return Err(refused(format!("found {name:?}, wanted run, study or sweep"))),
+    if name == "run" {
+        return RunPlan::of_folder(&folder, true).map(|plan| json(&plan)).map_err(of_lab);
     }
-    .map_err(of_lab)
+    (find_work(name)?.of_folder)(&folder)
+}
+
+/// The units of a long work, as JSON.
+#[pyfunction]
+pub(crate) fn work_units(name: &str, plan: &str) -> PyResult<String> {
+    (find_work(name)?.units)(plan)
+}
+
+/// Whether a long work, this one or another, has begun in the folder of the plan.
+#[pyfunction]
+#[pyo3(name = "has_begun")]
+pub(crate) fn work_has_begun(name: &str, plan: &str) -> PyResult<bool> {
+    (find_work(name)?.has_begun)(plan)
+}
+
+/// The plan (JSON) of a long work with paths that mean the same in each working folder.
+#[pyfunction]
+pub(crate) fn absolute_plan(name: &str, plan: &str) -> PyResult<String> {
+    (find_work(name)?.absolute)(plan)
 }
 
 /// The settings of a study of about a minute, as JSON.
@@ -364,12 +462,6 @@ pub(crate) fn quick_study() -> String {
 #[pyfunction]
 pub(crate) fn read_sweep(path: PathBuf) -> PyResult<String> {
     SweepConfig::read(Path::new(&path)).map(|config| json(&config)).map_err(of_lab)
-}
-
-/// The units of work of a sweep, as JSON.
-#[pyfunction]
-pub(crate) fn sweep_units(plan: &str) -> PyResult<String> {
-    parsed::<SweepPlan>("plan", plan)?.units().map(|units| json(&units)).map_err(of_lab)
 }
 
 /// The controller in a champion or rule file, as the JSON of a plan.
@@ -416,6 +508,9 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(plan_of_folder, module)?)?;
     module.add_function(wrap_pyfunction!(quick_study, module)?)?;
     module.add_function(wrap_pyfunction!(read_sweep, module)?)?;
-    module.add_function(wrap_pyfunction!(sweep_units, module)?)?;
+    module.add_function(wrap_pyfunction!(execute_unit, module)?)?;
+    module.add_function(wrap_pyfunction!(work_units, module)?)?;
+    module.add_function(wrap_pyfunction!(absolute_plan, module)?)?;
+    module.add_function(wrap_pyfunction!(work_has_begun, module)?)?;
     module.add_function(wrap_pyfunction!(read_controller, module)?)
 }

@@ -27,6 +27,7 @@ MODULES = (
     "sweeps",
     "tracks",
     "workflows",
+    "works",
     "_register",
 )
 #: Workflows that take longer than a second or two; a release runs them.

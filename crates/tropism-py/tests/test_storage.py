@@ -167,7 +167,7 @@ def test_a_killed_worker_changes_no_bit_at_an_address(address: str, model: Path,
 
 def ordered(order: dict[str, Any]) -> subprocess.CompletedProcess[str]:
     """What the command line starts, with what it sends."""
-    words = [sys.executable, "-m", "tropism.sweep_command"]
+    words = [sys.executable, "-m", "tropism.work_command"]
     return subprocess.run(words, input=json.dumps(order), capture_output=True, text=True, timeout=300)
 
 
@@ -175,7 +175,7 @@ def ordered(order: dict[str, Any]) -> subprocess.CompletedProcess[str]:
 def test_the_command_line_executes_a_sweep_at_an_address(address: str, model: Path, tmp_path: Path) -> None:
     wanted = tropism.sweep(config(model, 8), out=tmp_path / "folder", monitor=False)
     plan = {"out": address, "resume": False, "folder": "", "config": config(model, 8)}
-    order = {"plan": plan, "out": address, "engine": "local", "address": None, "workers": None, "threads": 2}
+    order = {"plan": plan, "out": address, "engine": "local", "workflow": "sweep", "address": None, "threads": 2}
     done = ordered(order)
     assert done.returncode == 0, done.stderr
     assert fitness(json.loads(done.stdout)) == fitness(wanted)

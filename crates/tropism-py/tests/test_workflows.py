@@ -32,9 +32,8 @@ SMALL = {"runs": 2, "generations": 5, "neat": {"population": 20}}
 def test_a_dataclass_has_the_keys_of_its_workflow(plan: type[Plan[Any]]) -> None:
     assert plan.results is not Results
     assert plan.results.__name__ == plan.__name__.replace("Plan", "Results")
-    if plan.workflow != "sweep_unit":
-        signature = inspect.signature(getattr(tropism, plan.workflow))
-        assert plan.workflow in tropism.__all__ and {"monitor", "threads"} <= set(signature.parameters)
+    signature = inspect.signature(getattr(tropism, plan.workflow))
+    assert plan.workflow in tropism.__all__ and {"monitor", "threads"} <= set(signature.parameters)
     with pytest.raises(tropism.PlanError) as refusal:
         _core.complete_plan(plan.workflow, '{"nonsense": 1}')
     wanted = set(re.findall(r"`(\w+)`", str(refusal.value))) - {"nonsense"}
@@ -157,7 +156,7 @@ def test_types_of_results_name_their_keys(beans: Path, model: Path, tmp_path: Pa
         stem,
         evolved,
         tropism.grow(plants=1, controller=greedy, task=short, out=tmp_path / "grown", **quiet),
-        tropism.forecast(models=[model, stem.model], plants=2, **quiet),
+        tropism.forecast(models=[model, stem.model], plants=2, out=tmp_path / "forecast", **quiet),
         tropism.simulate(model=model, controller=greedy, task=short, out=tmp_path / "t.csv", **quiet),
         tropism.tune(model=stem.model, search={"generations": 2}, out=tmp_path / "rule.json", **quiet),
         tropism.transfer(controllers=controllers, plants=2, task=short, out=tmp_path / "transfer", **quiet),
@@ -333,7 +332,7 @@ def test_a_sweep_is_resumed_from_its_folder(model: Path, tmp_path: Path) -> None
     results = tropism.sweep(settings, grid, out=tmp_path / "sweep", monitor=False)
     assert [row.setting for row in results.rows] == ["generations=2", "generations=4"]
     plan = tropism.PLANS["sweep"](config={**settings, "grid": grid})
-    assert [unit["seed"] for unit in tropism.sweep_units(plan)] == [3, 3]
+    assert [unit["unit"] for unit in tropism.units(plan)] == ["setting-1-seed-3", "setting-2-seed-3"]
     again = tropism.resume(tmp_path / "sweep", "sweep", monitor=False)
     assert again == results
     with pytest.raises(tropism.PlanError, match="a sweep is here already"):

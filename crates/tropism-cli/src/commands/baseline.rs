@@ -29,12 +29,12 @@ pub(crate) struct Baseline {
     #[arg(long, default_value_t = 2_000_000, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     count: u64,
 
-    /// Folder for the fitness of all, and for the best of them, champion.json
-    #[arg(long, value_name = "DIR", default_value = "baseline")]
-    out: PathBuf,
+    /// Folder for the fitness of all, and for the best of them, champion.json; none by default
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 
     /// Continue the baseline in DIR; it needs no other option
-    #[arg(long)]
+    #[arg(long, requires = "out")]
     resume: bool,
 
     #[command(flatten)]
@@ -49,10 +49,10 @@ pub(crate) struct Baseline {
 
 impl Baseline {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let plan = match self.model {
-            None => BaselinePlan::of_folder(&self.out).map_err(for_user)?,
-            Some(model) => BaselinePlan {
-                model,
+        let plan = match (self.model, &self.out) {
+            (None, Some(out)) => BaselinePlan::of_folder(out).map_err(for_user)?,
+            (model, _) => BaselinePlan {
+                model: model.unwrap_or_default(),
                 task: self.task.load()?,
                 count: self.count,
                 seed: self.seed.seed,
@@ -68,10 +68,13 @@ impl Baseline {
 
 fn text(plan: &BaselinePlan, results: &BaselineResults) -> String {
     let BaselineResults { count, best, median } = results;
-    format!(
-        "best of {count} random controllers: {}; median {median:.2} {}\nwrote {}",
+    let mut text = format!(
+        "best of {count} random controllers: {}; median {median:.2} {}",
         plan.task.fitness_in_words(*best),
         plan.task.kind.unit(),
-        plan.out.join("champion.json").display()
-    )
+    );
+    if let Some(out) = &plan.out {
+        text += &format!("\nwrote {}", out.join("champion.json").display());
+    }
+    text
 }

@@ -39,12 +39,12 @@ pub(crate) struct Calibrate {
     #[arg(long, default_value_t = PAPER_PERIOD_MIN, value_name = "MIN")]
     interval: f64,
 
-    /// Folder for the estimates, and for a bean file, bean.toml: the species with these estimates and their spread
-    #[arg(long, value_name = "DIR", default_value = "calibration")]
-    out: PathBuf,
+    /// Folder for the estimates, and for a bean file, bean.toml: the species with these estimates and their spread; none by default
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 
     /// Continue the calibration in DIR; without tracks with its own settings
-    #[arg(long)]
+    #[arg(long, requires = "out")]
     resume: bool,
 
     /// Estimate known parameters of N virtual plants instead: bias, error, and share of intervals that contain the
@@ -69,16 +69,15 @@ impl Calibrate {
             let plan = RecoveryPlan { plants, species, seed: self.seed.seed };
             return execute_and_print(&plan, shell, |rows| recovery_text(plants, rows));
         }
-        let plan = if self.tracks.is_empty() {
-            CalibratePlan::of_folder(&self.out).map_err(for_user)?
-        } else {
-            CalibratePlan {
+        let plan = match &self.out {
+            Some(out) if self.tracks.is_empty() => CalibratePlan::of_folder(out).map_err(for_user)?,
+            _ => CalibratePlan {
                 tracks: self.tracks,
                 interval_min: self.interval,
                 species,
                 resume: self.resume,
                 out: self.out,
-            }
+            },
         };
         check_outputs(&plan.outputs(), [self.bean.bean.as_ref()])?;
         self.units.execute(&plan, shell, |plants| text(&plan, plants))
@@ -108,8 +107,11 @@ fn text(plan: &CalibratePlan, plants: &[PlantEstimates]) -> String {
             text += &format!("  {letter:<6} {key:<24} {mean:>8.4}  {:>3.0} % {unit}\n", 100.0 * spread);
         }
     }
-    let bean = plan.bean();
-    text + &format!("wrote {}\nnext: tropism grow --bean {} --out grown", bean.display(), shell_word(&bean))
+    if let Some(bean) = plan.bean() {
+        let word = shell_word(&bean);
+        text += &format!("wrote {}\nnext: tropism grow --bean {word} --out grown\n", bean.display());
+    }
+    text.trim_end().to_owned()
 }
 
 fn recovery_text(plants: u32, rows: &[ParameterRecovery]) -> String {

@@ -50,12 +50,12 @@ pub(crate) struct Forecast {
     #[arg(long, default_value_t = 1.0, value_name = "X")]
     variation: f64,
 
-    /// Folder for the scores of each model, forecast.json and the figure
-    #[arg(long, value_name = "DIR", default_value = "forecast")]
-    out: PathBuf,
+    /// Folder for the scores of each model, forecast.json and the figure; none by default
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 
     /// Continue the forecasts in DIR; without --models with their own settings
-    #[arg(long)]
+    #[arg(long, requires = "out")]
     resume: bool,
 
     #[command(flatten)]
@@ -70,8 +70,8 @@ pub(crate) struct Forecast {
 
 impl Forecast {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        if self.models.is_empty() {
-            let plan = ForecastPlan::of_folder(&self.out).map_err(for_user)?;
+        if let Some(out) = self.out.as_ref().filter(|_| self.models.is_empty()) {
+            let plan = ForecastPlan::of_folder(out).map_err(for_user)?;
             return self.units.execute(&plan, shell, |results| text(&plan, results));
         }
         let mut plan = ForecastPlan {
@@ -114,7 +114,10 @@ fn text(plan: &ForecastPlan, results: &ForecastResults) -> String {
         text += "\n";
     }
     text += "error with its 95 % interval over plants and replicates; then the share of the plant within the 90 % interval";
-    text + &format!("\nwrote {0}/forecast.json and {0}/figure-forecast.svg", plan.out.display())
+    if let Some(out) = &plan.out {
+        text += &format!("\nwrote {0}/forecast.json and {0}/figure-forecast.svg", out.display());
+    }
+    text
 }
 
 /// One line a model of which `errors` says something.

@@ -191,6 +191,10 @@ impl Work for EvolvePlan {
         self.resume
     }
 
+    fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
+        vec![&mut self.out, &mut self.model]
+    }
+
     fn of_folder(out: &Path) -> Result<Self, Error> {
         let EvolutionRecord { seed, trial_plants, task, evolution, .. } = EvolutionRecord::read(out)?;
         let model = out.join(MODEL);

@@ -46,8 +46,9 @@ pub struct ForecastPlan {
     pub seed: u64,
     /// Whether to continue forecasts in `out`.
     pub resume: bool,
-    /// Folder for the scores of each model, `forecast.json` and the figure.
-    pub out: PathBuf,
+    /// Folder for the scores of each model, `forecast.json` and the figure; without one nothing is kept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub out: Option<PathBuf>,
 }
 
 impl Default for ForecastPlan {
@@ -61,7 +62,7 @@ impl Default for ForecastPlan {
             greenhouse: Greenhouse::default(),
             seed: 1,
             resume: false,
-            out: "forecast".into(),
+            out: None,
         }
     }
 }
@@ -158,7 +159,7 @@ impl Workflow for ForecastPlan {
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<ForecastResults, Error> {
-        work::perform(self, monitor)
+        work::perform_in(self.out.as_deref(), |out| Self { out: Some(out), ..self.clone() }, monitor)
     }
 }
 
@@ -185,11 +186,15 @@ impl Work for ForecastPlan {
     type Begun<'p> = Forecasting<'p>;
 
     fn out(&self) -> &Path {
-        &self.out
+        self.out.as_deref().unwrap_or(Path::new(""))
     }
 
     fn is_resumed(&self) -> bool {
         self.resume
+    }
+
+    fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
+        self.out.iter_mut().chain(&mut self.models).chain(&mut self.tracks).collect()
     }
 
     /// Models and tracks must still be where they were.
@@ -198,7 +203,7 @@ impl Work for ForecastPlan {
             files::read_toml(&out.join(Self::RECORD))?;
         let [models, tracks] =
             [models, tracks].map(|inputs| inputs.into_iter().map(|input| input.file).collect());
-        let (resume, out) = (true, out.to_owned());
+        let (resume, out) = (true, Some(out.to_owned()));
         Ok(Self { models, tracks, plants, horizons_min, interval_min, greenhouse, seed, resume, out })
     }
 
@@ -231,9 +236,9 @@ impl Work for ForecastPlan {
             horizons_min: self.horizons_min.clone(),
             lights: (0..work.lights.len()).map(|light| work.results(light)).collect::<Result<_, _>>()?,
         };
-        files::write_json(&self.out.join("forecast.json"), &results)?;
+        files::write_json(&self.out().join("forecast.json"), &results)?;
         let (name, bytes) = figure(&results).files().remove(0);
-        files::write(&self.out.join(name), &bytes)?;
+        files::write(&self.out().join(name), &bytes)?;
         Ok(results)
     }
 }
@@ -270,7 +275,7 @@ pub struct Forecasting<'p> {
 impl Forecasting<'_> {
     /// The file with the scores of a model, from 0, under a kind of light.
     fn path(&self, light: usize, model: usize) -> PathBuf {
-        self.plan.out.join("scores").join(format!("{}-{:04}.json", self.lights[light].name, model + 1))
+        self.plan.out().join("scores").join(format!("{}-{:04}.json", self.lights[light].name, model + 1))
     }
 
     /// The kind of light and the model of a unit.
@@ -344,12 +349,12 @@ impl Units for Forecasting<'_> {
     }
 
     fn execute(&self, place: Place, monitor: &dyn Monitor) -> Result<(), Error> {
-        let ForecastPlan { horizons_min, seed, out, .. } = self.plan;
+        let (ForecastPlan { horizons_min, seed, .. }, out) = (self.plan, self.plan.out());
         let (light, model) = self.of_unit(place.unit);
         let judged = self.lights[light].judged();
         let of_plant = |&(number, plant, starts): &(u32, &LeftOut, &Vec<usize>)| {
             if !monitor.may_go_on() {
-                return Err(Error::Interrupted { folder: out.clone() });
+                return Err(Error::Interrupted { folder: out.to_owned() });
             }
             let scored = score(&self.models[model], plant, starts, horizons_min, self.view, *seed, number);
             monitor.advance(1);
@@ -365,7 +370,8 @@ impl ForecastPlan {
     /// The files that are written to [`out`](Self::out), but for those of single models.
     #[must_use]
     pub fn outputs(&self) -> Vec<PathBuf> {
-        [Self::RECORD, "forecast.json", "figure-forecast.svg"].map(|name| self.out.join(name)).into()
+        let names = [Self::RECORD, "forecast.json", "figure-forecast.svg"];
+        self.out.iter().flat_map(|out| names.map(|name| out.join(name))).collect()
     }
 
     fn starts_under(&self, name: String, plants: Vec<LeftOut>, view: View) -> Result<UnderLight, Error> {

@@ -267,11 +267,12 @@ impl ReplicatesConfig {
 
     /// Looks for the files that it names from `folder` on.
     pub(crate) fn find_files_in(&mut self, folder: &Path) {
-        for file in
-            self.scenarios.iter_mut().flat_map(|scenario| [&mut scenario.bean, &mut scenario.task]).flatten()
-        {
-            *file = folder.join(&*file);
-        }
+        self.files_mut().for_each(|file| *file = folder.join(&*file));
+    }
+
+    /// The files that it names.
+    fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        self.scenarios.iter_mut().flat_map(|scenario| [&mut scenario.bean, &mut scenario.task]).flatten()
     }
 
     /// Checks what a file may have got wrong.
@@ -396,6 +397,10 @@ impl Work for ReplicatesPlan {
 
     fn is_resumed(&self) -> bool {
         self.resume
+    }
+
+    fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
+        [&mut self.out].into_iter().chain(self.config.files_mut()).collect()
     }
 
     /// Files of species must still be where they were.

@@ -123,6 +123,10 @@ impl Work for StudyPlan {
         self.resume
     }
 
+    fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
+        vec![&mut self.out]
+    }
+
     fn of_folder(out: &Path) -> Result<Self, Error> {
         let config = files::read_toml(&out.join(Self::RECORD))?;
         Ok(Self { out: out.to_owned(), resume: true, config, ..Self::default() })
@@ -313,7 +317,7 @@ impl AtWork<'_> {
             count: config.random_controllers,
             seed: config.seed,
             resume: true,
-            out: self.file("random"),
+            out: Some(self.file("random")),
         };
         plan.execute(monitor).map(drop)
     }

@@ -113,6 +113,14 @@ impl Work for SweepPlan {
         self.resume
     }
 
+    fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
+        // An empty path, the working folder, has no absolute one.
+        if self.folder.as_os_str().is_empty() {
+            self.folder = PathBuf::from(".");
+        }
+        vec![&mut self.out, &mut self.folder]
+    }
+
     /// Files of species of replicates must still be where they were.
     fn of_folder(out: &Path) -> Result<Self, Error> {
         let SweepRecord { seeds, grid, evolve, replicates, model_sha256, folder, .. } = record_of(out)?;

@@ -207,6 +207,10 @@ impl Work for TransferPlan {
         self.resume
     }
 
+    fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
+        [&mut self.out].into_iter().chain(&mut self.model).collect()
+    }
+
     /// The model that the plan names, if it does, must still be where it was.
     fn of_folder(out: &Path) -> Result<Self, Error> {
         let plan: Self = files::read_as(&out.join(PLAN), |text| serde_json::from_str(text))?;

@@ -1,7 +1,7 @@
 //! Executes a whole work on the threads of this program.
 
 use std::panic::resume_unwind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -19,6 +19,22 @@ pub(crate) fn perform<W: Work>(work: &W, monitor: &dyn Monitor) -> Result<W::Res
     let of_work = |error: Error| error.of_part(work.out());
     execute_all(&begun, work.out(), monitor).map_err(of_work)?;
     work.collect(&begun, monitor).map_err(of_work)
+}
+
+/// [`perform`] in the folder `out`; without one in a folder that is gone afterwards, so that nothing is kept.
+pub(crate) fn perform_in<W: Work>(
+    out: Option<&Path>,
+    work_in: impl FnOnce(PathBuf) -> W,
+    monitor: &dyn Monitor,
+) -> Result<W::Results, Error> {
+    if let Some(out) = out {
+        return perform(&work_in(out.to_owned()), monitor);
+    }
+    let folder = tempfile::tempdir().map_err(Error::at("a folder for a while"))?;
+    perform(&work_in(folder.path().join("work")), monitor).map_err(|error| match error {
+        Error::Interrupted { .. } => Error::cancelled(),
+        error => error,
+    })
 }
 
 fn execute_all(begun: &impl Units, folder: &Path, monitor: &dyn Monitor) -> Result<(), Error> {

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub(crate) use self::claim::check_same;
-pub(crate) use self::drive::perform;
+pub(crate) use self::drive::{perform, perform_in};
 pub use self::unit::{ListedUnit, UnitPlan, UnitResults, units_of};
 use crate::{Error, Monitor, Workflow, files};
 
@@ -42,6 +42,22 @@ pub trait Work: Workflow {
 
     /// Whether it may go on in a folder where it has begun.
     fn is_resumed(&self) -> bool;
+
+    /// Its folder, and the files and folders that it reads.
+    fn paths_mut(&mut self) -> Vec<&mut PathBuf>;
+
+    /// The plan with paths that mean the same in each working folder. An address, such as `s3://bucket/sweep`, stays.
+    ///
+    /// # Errors
+    /// [`Error`] if the working folder is not known.
+    fn with_absolute_paths(mut self) -> Result<Self, Error> {
+        for path in self.paths_mut() {
+            if !path.to_string_lossy().contains("://") {
+                *path = std::path::absolute(&path).map_err(Error::at(path.display()))?;
+            }
+        }
+        Ok(self)
+    }
 
     /// The plan that goes on with the work in `folder`, from what lies there alone.
     ///

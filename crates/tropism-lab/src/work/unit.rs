@@ -84,6 +84,9 @@ impl<W: Work> Workflow for UnitPlan<W> {
     const SCHEMA: &'static str = "tropism.unit/1";
 
     fn check(&self) -> Result<(), Error> {
+        if self.work.out().as_os_str().is_empty() {
+            return Err(Error::Plan("`out` is missing: units of work lie in a folder".to_owned()));
+        }
         self.work.check()
     }
 

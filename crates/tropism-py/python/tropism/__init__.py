@@ -62,8 +62,9 @@ from tropism.plans import (
     wall,
 )
 from tropism.results import Results
-from tropism.sweeps import sweep, sweep_units
+from tropism.sweeps import sweep
 from tropism.workflows import PLANS, controller_of, quick_study, resume
+from tropism.works import execute_unit, on_ray, units
 
 if TYPE_CHECKING:
     import tropism.envs as envs
@@ -100,6 +101,7 @@ __all__ = [
     "envs",
     "evolve",
     "execute",
+    "execute_unit",
     "export",
     "fit",
     "forecast",
@@ -108,8 +110,10 @@ __all__ = [
     "kinematics",
     "loop",
     "make_rig",
+    "measure",
     "neat",
     "note",
+    "on_ray",
     "quick_study",
     "recovery",
     "register_envs",
@@ -126,12 +130,11 @@ __all__ = [
     "stop",
     "study",
     "sweep",
-    "sweep_units",
     "timelapse",
     "track",
-    "measure",
     "transfer",
     "tune",
+    "units",
     "wall",
     "wall_v0",
 ]

@@ -107,9 +107,6 @@ __all__ = [
     "TrackPlan",
     "TransferPlan",
     "TunePlan",
-    "UnitFindings",
-    "UnitPlan",
-    "UnitResults",
     "WallPlan",
     "WallResults",
     "acceptance",
@@ -172,7 +169,7 @@ class AcceptanceResults(Rows):
 
 
 class BaselineResults(Results):
-    """The fitness of random controllers."""
+    """The fitness of random controllers: the content of `baseline.json`."""
 
     #: Number of controllers.
     count: int
@@ -180,8 +177,6 @@ class BaselineResults(Results):
     best: float
     #: Median fitness, in cm.
     median: float
-    #: Processor time, in s.
-    cpu_seconds: float
 
 
 class ParameterEstimate(Results):
@@ -742,47 +737,6 @@ class StopResults(Results):
     seconds: float
 
 
-class UnitFindings(Results):
-    """What one unit of work found of one kind."""
-
-    #: Scenario and method of replicates, such as `common-bean/rule`; empty for an evolution.
-    case: str
-    #: Of an evolution the best fitness of each run; of a method its mean fitness over replicates and plants.
-    fitness: list[float]
-    #: Of an evolution the mean fitness of each run's champion on unseen plants of the model.
-    mean_in_model: list[float]
-    #: Generation at which the median over runs of the best fitness of a generation comes within 2 % of its final
-    #: value.
-    saturation_generation: int | None
-    #: Evaluated genomes of all runs.
-    evaluations: int | None
-
-
-class UnitResults(Results):
-    """What one unit of work found: the content of its `unit.json`.
-
-    The same bits on every machine. Fitness is in cm.
-    """
-
-    #: `tropism.sweep-unit/1`.
-    schema: str
-    #: Version of the software.
-    version: str
-    #: Its name, which is that of its folder: `setting-1-seed-1`.
-    unit: str
-    #: Name of its setting.
-    setting: str
-    #: Its seed.
-    seed: int
-    #: Whether the plants were virtual, or a model of such.
-    is_virtual: bool
-    #: What it found: one entry for an evolution, one for each method in each scenario for replicates.
-    found: list[UnitFindings]
-    #: SHA-256 of the files that hold it, in hexadecimal.
-    sha256: Mapping[str, Any]
-    _kinds = {"found": UnitFindings}
-
-
 class TimelapseResults(Results):
     """What was made."""
 
@@ -888,7 +842,9 @@ class AcceptancePlan(Plan[AcceptanceResults]):
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class BaselinePlan(Plan[BaselineResults]):
-    """Evaluates random networks, each drawn as NEAT draws its initial population, on simulated plants of a model."""
+    """Evaluates random networks, each drawn as NEAT draws its initial population, on simulated plants of a model, in
+    a folder that can be resumed.
+    """
 
     workflow: ClassVar[str] = "baseline"
     results = BaselineResults
@@ -898,8 +854,8 @@ class BaselinePlan(Plan[BaselineResults]):
     neat: AnySettings | None = None
     count: int | None = None
     seed: int | None = None
+    resume: bool | None = None
     out: PathLike | None = None
-    replace: bool | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -912,8 +868,8 @@ class CalibratePlan(Plan[CalibrateResults]):
     tracks: AnyTrack | Sequence[AnyTrack] | None = None
     interval_min: float | None = None
     species: AnySettings | None = None
+    resume: bool | None = None
     out: PathLike | None = None
-    replace: bool | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -1040,8 +996,8 @@ class ForecastPlan(Plan[ForecastResults]):
     interval_min: float | None = None
     greenhouse: AnySettings | None = None
     seed: int | None = None
+    resume: bool | None = None
     out: PathLike | None = None
-    replace: bool | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -1302,21 +1258,6 @@ class SweepPlan(Plan[SweepResults]):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class UnitPlan(Plan[UnitResults]):
-    """Executes one unit of a sweep alone: beside others, also on other machines that share the folder, and in any
-    order.
-
-    The sweep itself then finds it finished.
-    """
-
-    workflow: ClassVar[str] = "sweep_unit"
-    results = UnitResults
-    roles: ClassVar[Mapping[str, str]] = {"sweep": "settings"}
-    sweep: AnySettings | None = None
-    unit: int | None = None
-
-
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class TimelapsePlan(Plan[TimelapseResults]):
     """The film to make."""
 
@@ -1488,12 +1429,13 @@ def baseline(
     neat: AnySettings | None = None,
     count: int = 2000000,
     seed: int = 1,
+    resume: bool = False,
     out: PathLike | None = None,
-    replace: bool = False,
     monitor: Monitor | Literal[False] | None = None,
     threads: int | None = None,
 ) -> BaselineResults:
-    """Evaluates random networks, each drawn as NEAT draws its initial population, on simulated plants of a model.
+    """Evaluates random networks, each drawn as NEAT draws its initial population, on simulated plants of a model, in
+    a folder that can be resumed.
 
     Parameters
     ----------
@@ -1507,10 +1449,10 @@ def baseline(
         Number of controllers, 1 to 1000000000. Paper: two million.
     seed : int, default 1
         Seed of all random numbers.
+    resume : bool, default False
+        Whether to continue a baseline in `out`.
     out : PathLike, default None
-        File for the genome of the best controller.
-    replace : bool, default False
-        Whether a file that is there is replaced.
+        Folder for the fitness of all and the genome of the best; without one nothing is kept.
     monitor : Monitor or False, default None
         What hears of the work: None shows progress on stderr, False shows nothing.
     threads : int, default None
@@ -1541,8 +1483,8 @@ def baseline(
             neat=neat,
             count=count,
             seed=seed,
+            resume=resume,
             out=out,
-            replace=replace,
             monitor=monitor,
             threads=threads,
         )
@@ -1554,8 +1496,8 @@ def calibrate(
     *,
     interval_min: float = 5.0,
     species: AnySettings | None = None,
+    resume: bool = False,
     out: PathLike | None = None,
-    replace: bool = False,
     monitor: Monitor | Literal[False] | None = None,
     threads: int | None = None,
 ) -> CalibrateResults:
@@ -1569,10 +1511,11 @@ def calibrate(
         Minutes between the rows of the tracks, 0.1 to 120.
     species : AnySettings, default None: the paper's
         Species of the plants: the prior of the estimates.
+    resume : bool, default False
+        Whether to continue a calibration in `out`.
     out : PathLike, default None
-        File for the species with these estimates and their spread.
-    replace : bool, default False
-        Whether a file that is there is replaced.
+        Folder for the estimates of each plant, and for the species with these estimates and their spread; without
+        one nothing is kept.
     monitor : Monitor or False, default None
         What hears of the work: None shows progress on stderr, False shows nothing.
     threads : int, default None
@@ -1600,8 +1543,8 @@ def calibrate(
             tracks=tracks,
             interval_min=interval_min,
             species=species,
+            resume=resume,
             out=out,
-            replace=replace,
             monitor=monitor,
             threads=threads,
         )
@@ -1991,8 +1934,8 @@ def forecast(
     interval_min: float = 60.0,
     greenhouse: AnySettings | None = None,
     seed: int = 1,
+    resume: bool = False,
     out: PathLike | None = None,
-    replace: bool = False,
     monitor: Monitor | Literal[False] | None = None,
     threads: int | None = None,
 ) -> ForecastResults:
@@ -2015,10 +1958,10 @@ def forecast(
         Species and variation of the virtual beans, and their lamps.
     seed : int, default 1
         Seed of the virtual beans and of the forecasts.
+    resume : bool, default False
+        Whether to continue forecasts in `out`.
     out : PathLike, default None
-        Folder for `forecast.json` and the figure.
-    replace : bool, default False
-        Whether results that are there are replaced.
+        Folder for the scores of each model, `forecast.json` and the figure; without one nothing is kept.
     monitor : Monitor or False, default None
         What hears of the work: None shows progress on stderr, False shows nothing.
     threads : int, default None
@@ -2051,8 +1994,8 @@ def forecast(
             interval_min=interval_min,
             greenhouse=greenhouse,
             seed=seed,
+            resume=resume,
             out=out,
-            replace=replace,
             monitor=monitor,
             threads=threads,
         )

@@ -1,4 +1,4 @@
-"""Sweeps on Ray: each unit of work is a task of the cluster.
+"""Long work on Ray: each of its units is a task of the cluster.
 
 A unit saves checkpoints in its folder, which all machines share, or which lies at an fsspec address. Ray starts a unit whose
 worker was lost on another one, where it goes on from its last checkpoint to the same bits.
@@ -12,17 +12,16 @@ import os
 import time
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
 
 from tropism import _core
-from tropism.edge import settings
 from tropism.errors import Interrupted, PlanError, TropismError
 from tropism.monitor import Monitor, Progress
-from tropism.plan import execute
-from tropism.plans import SweepPlan
-from tropism.results import SweepResults
-from tropism.storage import Mirror, execute_at, execute_unit, is_address
+from tropism.plan import Plan, execute
+from tropism.results import Results, Rows
+from tropism.storage import execute_at, execute_unit_at, is_address, prepare_at
+
+_R = TypeVar("_R", bound=Results)
 
 #: Seconds between two questions of a unit whether to end. Chosen: a thousand units ask an actor a thousand times a second, which
 #: is a tenth of what one answers.
@@ -69,18 +68,20 @@ class _Asking(Monitor):
         return True
 
 
-def _absolute(plan: SweepPlan) -> SweepPlan:
+def _absolute(plan: Plan[_R]) -> Plan[_R]:
     """The plan with paths that mean the same on each worker, whose working folder is another one."""
-    config = settings(plan.config)
-    folder = os.path.abspath(os.fspath(plan.folder)) if plan.folder else os.getcwd()
-    if config.get("model"):
-        config["model"] = os.path.join(folder, os.fspath(config["model"]))
-    out = plan.out if is_address(plan.out) else os.path.abspath(os.fspath(plan.out or "sweep"))
-    return replace(plan, config=config, folder=folder, out=out)
+    values = json.loads(_core.absolute_plan(plan.workflow, plan.to_json()))
+    return type(plan)(**values, monitor=plan.monitor)
 
 
 def _unit(
-    plan: str, number: int, threads: int, name: str, storage_options: Mapping[str, Any] | None, ending: Any
+    workflow: str,
+    plan: str,
+    number: int,
+    threads: int,
+    name: str,
+    storage_options: Mapping[str, Any] | None,
+    ending: Any,
 ) -> dict[str, Any]:
     """Executes one unit on a worker: what it found, and what it cost."""
     import resource
@@ -92,20 +93,19 @@ def _unit(
         raise Interrupted("interrupted before it began")
     began = time.monotonic()
     before = resource.getrusage(resource.RUSAGE_SELF)
-    order = {"sweep": json.loads(plan), "unit": number}
-    out = order["sweep"]["out"]
+    out = json.loads(plan)["out"]
     if is_address(out):
-        text = execute_unit(out, storage_options, order, name, threads, _Asking(ending))
+        execute_unit_at(out, storage_options, json.loads(plan), number, name, threads, _Asking(ending))
     else:
-        text = _core.execute_workflow("sweep_unit", json.dumps(order), _Asking(ending), threads)
+        _core.execute_unit(workflow, plan, number, _Asking(ending), threads)
     after = resource.getrusage(resource.RUSAGE_SELF)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    found = {"number": number, "results": json.loads(text), "host": socket.gethostname(), "process": os.getpid()}
-    return {**found, "wall_seconds": time.monotonic() - began, "cpu_seconds": cpu, "bytes": len(text)}
+    found = {"number": number, "host": socket.gethostname(), "process": os.getpid()}
+    return {**found, "wall_seconds": time.monotonic() - began, "cpu_seconds": cpu}
 
 
 def execute_units(
-    plan: SweepPlan,
+    plan: Plan[Any],
     *,
     address: str | None,
     workers: int | None,
@@ -113,7 +113,7 @@ def execute_units(
     retries: int,
     storage_options: Mapping[str, Any] | None = None,
 ) -> list[dict[str, Any]]:
-    """Executes the units of a sweep as tasks of a Ray cluster: what each of them cost, and where it worked."""
+    """Executes the units of a long work as tasks of a Ray cluster: what each of them cost, and where it worked."""
     try:
         import ray
         import ray.exceptions
@@ -122,15 +122,13 @@ def execute_units(
         raise TropismError(text) from error
     plan = _absolute(replace(plan, threads=None))
     plan.check()
-    units: list[dict[str, Any]] = json.loads(_core.sweep_units(plan.to_json()))
-    out = os.fspath(plan.out or "sweep")
-    mirror = Mirror(out, Path(), storage_options) if is_address(out) else None
-    is_there = mirror.has("sweep.toml") if mirror else Path(out, "sweep.toml").exists()
-    if is_there and not plan.resume:
-        raise PlanError(f"{out}: a sweep is here already: choose a new folder (`out`), or go on with it by `resume`")
-    if mirror and not is_there and (model := settings(plan.config).get("model")):
-        # Workers find the model beside the sweep: the disk of this machine is not theirs.
-        mirror.write("model.json", Path(model).read_bytes())
+    keys: dict[str, Any] = plan.complete()
+    out: str = keys["out"]
+    if is_address(out):
+        prepare_at(plan, out, storage_options)
+    else:
+        _check_begun(plan, keys)
+    units: list[dict[str, Any]] = json.loads(_core.work_units(plan.workflow, plan.to_json()))
     monitor: Monitor | None = Progress() if plan.monitor is None else plan.monitor or None
     started = not ray.is_initialized()
     if started:
@@ -142,21 +140,25 @@ def execute_units(
     task = ray.remote(num_cpus=threads, max_retries=retries, retry_exceptions=False)(_unit)
     actor: Any = ray.remote(num_cpus=0, max_restarts=-1, max_task_retries=-1)(_Ending)
     ending = actor.remote()
-    text = ray.put(plan.to_json())
-    named = {unit["number"]: f"{unit['setting']}; seed {unit['seed']}" for unit in units}
+    text = ray.put(json.dumps(keys))
+    named = {unit["number"]: unit["about"] for unit in units}
     waiting: list[int] = [unit["number"] for unit in units]
+    stage_of = {unit["number"]: unit["stage"] for unit in units}
     running: dict[Any, int] = {}
     costs: list[dict[str, Any]] = []
     most = workers or len(units)
     try:
         if monitor is not None:
-            monitor.stage("units of the sweep", len(units))
+            monitor.stage("units of work", len(units))
         while waiting or running:
-            while waiting and len(running) < most:
+            # A stage begins when all units of those before are done.
+            begun = {stage_of[number] for number in running.values()}
+            while waiting and len(running) < most and begun <= {stage_of[waiting[0]]}:
+                begun.add(stage_of[waiting[0]])
                 number = waiting.pop(0)
                 named_task = task.options(name=f"unit {number}: {named[number]}")
                 name = units[number - 1]["unit"]
-                running[named_task.remote(text, number, threads, name, storage_options, ending)] = number
+                running[named_task.remote(plan.workflow, text, number, threads, name, storage_options, ending)] = number
             done, _ = ray.wait(list(running), timeout=0.1)
             for reference in done:
                 costs.append(ray.get(reference))
@@ -183,23 +185,31 @@ def execute_units(
     return sorted(costs, key=lambda cost: cost["number"])
 
 
-def sweep_on_ray(
-    plan: SweepPlan,
+def _check_begun(plan: Plan[Any], keys: dict[str, Any]) -> None:
+    """Units go on with what is there: a work that begins anew must find nothing of its own."""
+    if not keys["resume"] and _core.has_begun(plan.workflow, plan.to_json()):
+        text = f"{keys['out']}: this work has begun already: choose a new folder (`out`), or go on with it by `resume`"
+        raise PlanError(text)
+
+
+def execute_on_ray(
+    plan: Plan[_R],
     *,
     address: str | None,
     workers: int | None,
     threads: int,
     retries: int,
     storage_options: Mapping[str, Any] | None = None,
-) -> SweepResults:
-    """Executes the units of a sweep on Ray, and then makes the table from their folders.
+) -> _R:
+    """Executes the units of a long work on Ray, and then collects the results from their folder.
 
     `units` of the results tells what each unit cost and where it worked.
     """
     costs = execute_units(
         plan, address=address, workers=workers, threads=threads, retries=retries, storage_options=storage_options
     )
-    table = replace(_absolute(plan), threads=None, resume=True, monitor=False)
-    results = execute_at(table, storage_options) if is_address(plan.out) else execute(table)
-    keys = ("number", "host", "process", "wall_seconds", "cpu_seconds", "bytes")
-    return SweepResults({**results.to_dict(), "units": [{key: cost[key] for key in keys} for cost in costs]})
+    rest: Any = replace(_absolute(plan), threads=None, monitor=False, **{"resume": True})
+    found: Results = execute_at(rest, storage_options) if is_address(rest.out) else execute(rest)
+    if isinstance(found, Rows):
+        return cast(_R, found)
+    return cast(_R, plan.results({**found.to_dict(), "units": costs}))

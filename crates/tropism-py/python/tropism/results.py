@@ -713,14 +713,13 @@ class SweepRow(Results):
 
 
 class UnitCost(Results):
-    """What a unit of a sweep on Ray cost, and where it worked."""
+    """What a unit of a long work on Ray cost, and where it worked."""
 
     number: int
     host: str
     process: int
     wall_seconds: float
     cpu_seconds: float
-    bytes: int
 
 
 class SweepResults(Results):

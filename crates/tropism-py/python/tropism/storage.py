@@ -20,7 +20,7 @@ from tropism import _core
 from tropism.edge import settings
 from tropism.errors import PlanError, TropismError
 from tropism.monitor import Monitor, Progress
-from tropism.plan import execute
+from tropism.plan import Plan, execute
 from tropism.plans import SweepPlan
 from tropism.results import SweepResults
 
@@ -200,19 +200,38 @@ def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> SweepResul
         return results
 
 
-def execute_unit(
-    address: str, options: Mapping[str, Any] | None, order: dict[str, Any], name: str, threads: int, listener: Monitor
+def prepare_at(plan: Plan[Any], address: str, options: Mapping[str, Any] | None) -> None:
+    """Checks that an address is free for a sweep, or that it goes on there, and puts its model beside it: the disk of this
+    machine is not that of the workers."""
+    if not isinstance(plan, SweepPlan):
+        raise PlanError(f"out: found the address {address}, wanted a folder: only sweeps work at addresses")
+    mirror = Mirror(address, Path(), options)
+    is_there = mirror.has("sweep.toml")
+    if is_there and not plan.resume:
+        text = f"{address}: a sweep is here already: choose a new folder (`out`), or go on with it by `resume`"
+        raise PlanError(text)
+    if not is_there and (model := settings(plan.config).get("model")):
+        mirror.write("model.json", Path(plan.folder or "", model).read_bytes())
+
+
+def execute_unit_at(
+    address: str,
+    options: Mapping[str, Any] | None,
+    plan: dict[str, Any],
+    number: int,
+    name: str,
+    threads: int,
+    listener: Monitor,
 ) -> str:
-    """Executes a unit of a sweep from where its files at an address are: its results (JSON)."""
+    """Executes a unit of a sweep from where its files at an address are: what became of it (JSON)."""
     with mirror_of(address, options) as mirror:
         for file in ("sweep.toml", "model.json", f"units/{name}/"):
             mirror.fetch(file)
         mirror.only = ("sweep.toml", f"units/{name}/")
-        plan = {**order["sweep"], "out": os.fspath(mirror.folder)}
+        plan = {**plan, "out": os.fspath(mirror.folder)}
         if (mirror.folder / "model.json").exists():
             plan["config"] = {**plan["config"], "model": os.fspath(mirror.folder / "model.json")}
-        text = json.dumps({**order, "sweep": plan})
         try:
-            return _core.execute_workflow("sweep_unit", text, Pushing(mirror, listener), threads)
+            return _core.execute_unit("sweep", json.dumps(plan), number, Pushing(mirror, listener), threads)
         finally:
             mirror.push()

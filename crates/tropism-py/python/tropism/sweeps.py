@@ -65,9 +65,9 @@ def sweep(
         return execute_at(chosen, storage_options) if is_address(chosen.out) else execute(chosen)
     if engine != "ray":
         raise PlanError(f"found engine {engine!r}, wanted local or ray")
-    from tropism.ray_engine import sweep_on_ray
+    from tropism.works import on_ray
 
-    return sweep_on_ray(
+    return on_ray(
         chosen,
         address=address,
         workers=workers,
@@ -89,17 +89,3 @@ def as_plan(plan: SweepPlan | Mapping[str, Any] | PathLike) -> SweepPlan:
         return SweepPlan(config=plan)
     folder = os.path.dirname(os.path.abspath(os.fspath(plan)))
     return SweepPlan(config=json.loads(_core.read_sweep(plan)), folder=folder)
-
-
-def sweep_units(plan: SweepPlan | Mapping[str, Any] | PathLike) -> list[dict[str, Any]]:
-    """The units of work of a sweep, in order: number, name, setting and seed of each.
-
-    >>> import tropism
-    >>> model = tropism.Model.of_virtual_beans(plants=1, steps=60)
-    >>> model.write("model.json")
-    >>> config = {"model": "model.json", "seeds": [1, 2], "grid": {"evolution": {"generations": [2, 4]}}}
-    >>> len(tropism.sweep_units(config))
-    4
-    """
-    units: list[dict[str, Any]] = json.loads(_core.sweep_units(as_plan(plan).to_json()))
-    return units

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import Any, Literal, overload
+from typing import Any, Literal
 
 from tropism import _core, plans
 from tropism.edge import AnyController, PathLike, controller, path
-from tropism.errors import PlanError
+from tropism.errors import TropismError, of_call
 from tropism.monitor import Monitor
 from tropism.plan import Plan, execute
-from tropism.results import Results, RunResults, StudyResults, SweepResults
+from tropism.results import Results
 
 #: The plan of each workflow.
 PLANS: dict[str, type[Plan[Any]]] = {
@@ -20,56 +20,26 @@ PLANS: dict[str, type[Plan[Any]]] = {
     if isinstance(plan, type) and issubclass(plan, Plan) and plan.workflow
 }
 
-_RESUMED = ("run", "study", "sweep")
-
-
-@overload
-def resume(
-    folder: PathLike,
-    workflow: Literal["run"],
-    *,
-    monitor: Monitor | Literal[False] | None = None,
-    threads: int | None = None,
-) -> RunResults: ...
-
-
-@overload
-def resume(
-    folder: PathLike,
-    workflow: Literal["study"],
-    *,
-    monitor: Monitor | Literal[False] | None = None,
-    threads: int | None = None,
-) -> StudyResults: ...
-
-
-@overload
-def resume(
-    folder: PathLike,
-    workflow: Literal["sweep"],
-    *,
-    monitor: Monitor | Literal[False] | None = None,
-    threads: int | None = None,
-) -> SweepResults: ...
-
 
 def resume(
     folder: PathLike,
-    workflow: Literal["run", "study", "sweep"],
+    workflow: str,
     *,
     monitor: Monitor | Literal[False] | None = None,
     threads: int | None = None,
 ) -> Results:
-    """Goes on with the run, study or sweep in `folder`, from this folder alone.
+    """Goes on with the work in `folder`, from this folder alone: a "run", or a long work such as "evolve", "study", "sweep",
+    "transfer", "replicates", "forecast", "calibrate" or "baseline".
 
     >>> import tropism
     >>> tropism.resume("nothing", "run")  # doctest: +IGNORE_EXCEPTION_DETAIL
     Traceback (most recent call last):
     tropism.errors.MissingFileError: nothing/run.toml: cannot read: No such file or directory
     """
-    if workflow not in _RESUMED:
-        raise PlanError(f"resume: workflow: found {workflow!r}, wanted one of {', '.join(_RESUMED)}")
-    plan: Plan[Any] = PLANS[workflow](**json.loads(_core.plan_of_folder(workflow, path(folder, "folder"))))
+    try:
+        plan: Plan[Any] = PLANS[workflow](**json.loads(_core.plan_of_folder(workflow, path(folder, "folder"))))
+    except TropismError as error:
+        raise of_call(error, "resume") from None
     results: Results = execute(replace(plan, monitor=monitor, threads=threads))
     return results
 
