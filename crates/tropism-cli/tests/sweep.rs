@@ -177,8 +177,12 @@ fn is_told_and_compared(folder: &TempDir) {
     assert!(String::from_utf8_lossy(&refused.stderr).contains("this sweep is not finished"));
     fs::remove_file(folder.path().join("whole/sweep.json")).unwrap();
     let status = assert_ok(&tropism(folder, &["status", "whole"]));
-    assert!(status.contains("units        3 of 4 (2 settings with 2 seeds)"), "{status}");
-    assert!(status.contains("generations  488 of 488 (100 %)\nbegun        setting-2-seed-8"), "{status}");
+    assert!(
+        status.contains("whole: not finished")
+            && status.contains("\n  generations=60, population=50  480 of 480 generations"),
+        "{status}"
+    );
+    assert!(status.contains("\ngenerations    488 of 488 (100 %)\n"), "{status}");
     assert!(status.ends_with("next: tropism sweep --out whole --resume"), "{status}");
     assert_ok(&tropism(folder, &["sweep", "--out", "whole", "--resume"]));
 

@@ -13,7 +13,7 @@ use crate::files::FileError;
 use crate::model::Model;
 use crate::sequences;
 use crate::task::check_goal;
-use crate::work::{self, Pace, Place, Record, Stage, Unit, Units, Work};
+use crate::work::{self, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow, champion, files, model};
 
 /// Evaluates random networks, each drawn as NEAT draws its initial population, on simulated plants of a model,
@@ -115,6 +115,14 @@ impl Work for BaselinePlan {
         let BaselineRecord { seed, count, task, neat, .. } = files::read_toml(&out.join(Self::RECORD))?;
         let (model, out) = (out.join(MODEL), Some(out.to_owned()));
         Ok(Self { model, task, neat, count, seed, resume: true, out })
+    }
+
+    fn status(folder: &Path) -> Result<WorkStatus, Error> {
+        let BaselineRecord { is_virtual, count, .. } = files::read_toml(&folder.join(Self::RECORD))?;
+        let sizes = files::list(&folder.join("fitness"), "f64").unwrap_or_default();
+        let sizes = sizes.iter().filter_map(|file| file.metadata().ok()).map(|data| data.len() / 8);
+        let part = PartStatus::new("random controllers", sizes.sum(), count, "controllers");
+        Ok(WorkStatus { is_virtual: Some(is_virtual), ..WorkStatus::of::<Self>(folder, vec![part])? })
     }
 
     fn begin(&self, monitor: &dyn Monitor) -> Result<Trying<'_>, Error> {

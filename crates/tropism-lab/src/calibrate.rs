@@ -13,7 +13,7 @@ use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::calibrate::{BeanCalibration, Estimate, PARAMETERS, calibrate};
 use tropism_bean::{Individual, Species, acceptance};
 
-use crate::work::{self, Input, Pace, Place, Record, Stage, Unit, Units, Work};
+use crate::work::{self, Input, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Half the width of a 90 % interval of a normal distribution, in standard deviations.
@@ -124,7 +124,7 @@ impl Workflow for CalibratePlan {
 /// File of the species in the folder of a calibration.
 const BEAN: &str = "bean.toml";
 
-/// What decides the results of a calibration: the content of `calibration.toml`.
+/// What decides the results of a calibration: the content of `calibrate.toml`.
 #[derive(Serialize, Deserialize)]
 struct CalibrationRecord {
     schema: String,
@@ -137,7 +137,7 @@ struct CalibrationRecord {
 impl Work for CalibratePlan {
     const WORKFLOW: &'static str = "calibrate";
     const NAME: &'static str = "a calibration";
-    const RECORD: &'static str = "calibration.toml";
+    const RECORD: &'static str = "calibrate.toml";
     const RESULTS: &'static [&'static str] = &[BEAN];
 
     type Begun<'p> = Calibrating<'p>;
@@ -160,6 +160,13 @@ impl Work for CalibratePlan {
             files::read_toml(&out.join(Self::RECORD))?;
         let tracks = tracks.into_iter().map(|track| track.file).collect();
         Ok(Self { tracks, interval_min, species, resume: true, out: Some(out.to_owned()) })
+    }
+
+    fn status(folder: &Path) -> Result<WorkStatus, Error> {
+        let CalibrationRecord { tracks, .. } = files::read_toml(&folder.join(Self::RECORD))?;
+        let done = files::list(&folder.join("plants"), "json").map_or(0, |files| files.len());
+        let part = PartStatus::new("calibrate", done as u64, tracks.len() as u64, "plants");
+        Ok(WorkStatus { is_virtual: None, ..WorkStatus::of::<Self>(folder, vec![part])? })
     }
 
     fn begin(&self, _monitor: &dyn Monitor) -> Result<Calibrating<'_>, Error> {

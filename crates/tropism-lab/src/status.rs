@@ -15,29 +15,33 @@ use tropism::rig::{Event, EventKind};
 use tropism::track::Sample;
 use tropism_rig::alert::Kind;
 
+use crate::baseline::BaselinePlan;
+use crate::calibrate::CalibratePlan;
 use crate::controller::ControllerSpec;
 use crate::error::Error;
-use crate::evolve::{self, EvolutionStatus};
+use crate::evolve::EvolvePlan;
 use crate::files;
 use crate::folder::{has_journal, read_journal};
+use crate::forecast::ForecastPlan;
 use crate::journal::{StepRecord, lights_that_acted};
 use crate::light_day::LightOfDay;
 use crate::lock::holder;
 use crate::monitor::Monitor;
-use crate::replicates::{self, ReplicatesStatus};
+use crate::replicates::ReplicatesPlan;
 use crate::run::RunConfig;
-use crate::study::{self, StudyStatus};
-use crate::sweep::{self, SweepStatus};
-use crate::transfer::{self, TransferStatus};
-use crate::tune::{self, TuneStatus};
+use crate::study::StudyPlan;
+use crate::sweep::SweepPlan;
+use crate::transfer::TransferPlan;
+use crate::tune;
 use crate::watchdog::ALL_OFF;
+use crate::work::{Work, WorkStatus};
 use crate::workflow::Workflow;
 
 /// The work to look at.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StatusPlan {
-    /// Folder of a run, an evolution, a study, a sweep, or a comparison of controllers or methods; or the file of a rule.
+    /// Folder of a run or of long work, or the file of a rule.
     pub folder: PathBuf,
 }
 
@@ -48,18 +52,8 @@ pub struct StatusPlan {
 pub enum StatusResults {
     /// A run.
     Run(Box<RunStatus>),
-    /// An evolution.
-    Evolution(EvolutionStatus),
-    /// A study.
-    Study(StudyStatus),
-    /// A sweep.
-    Sweep(SweepStatus),
-    /// A comparison of controllers.
-    Transfer(TransferStatus),
-    /// A comparison of methods.
-    Replicates(ReplicatesStatus),
-    /// A search for a rule.
-    Tune(TuneStatus),
+    /// Long work.
+    Work(WorkStatus),
 }
 
 /// Whether a run goes on.
@@ -194,6 +188,27 @@ const LATEST_EVENTS: usize = 5;
 
 const SECONDS_PER_DAY: f64 = 86_400.0;
 
+/// What writes folders that have a status.
+const WRITERS: &str = "`run`, `evolve`, `study`, `sweep`, `transfer`, `forecast`, `calibrate` or `baseline`";
+
+/// The status of the work in a folder; `None` if there is none of its kind.
+type StatusIn = fn(&Path) -> Option<Result<WorkStatus, Error>>;
+
+const WORKS: [StatusIn; 8] = [
+    status_in::<StudyPlan>,
+    status_in::<SweepPlan>,
+    status_in::<EvolvePlan>,
+    status_in::<TransferPlan>,
+    status_in::<ReplicatesPlan>,
+    status_in::<ForecastPlan>,
+    status_in::<CalibratePlan>,
+    status_in::<BaselinePlan>,
+];
+
+fn status_in<W: Work>(folder: &Path) -> Option<Result<WorkStatus, Error>> {
+    folder.join(W::RECORD).exists().then(|| W::status(folder))
+}
+
 impl Workflow for StatusPlan {
     type Results = StatusResults;
     const SCHEMA: &'static str = "tropism.run-status/1";
@@ -203,40 +218,21 @@ impl Workflow for StatusPlan {
     }
 
     fn perform(&self, _monitor: &dyn Monitor) -> Result<StatusResults, Error> {
-        let is_there = |name: &str| self.folder.join(name).exists();
-        if is_there("study.toml") {
-            return study::status(&self.folder).map(StatusResults::Study);
+        let folder = &self.folder;
+        if let Some(work) = WORKS.iter().find_map(|status| status(folder)) {
+            return work.map(StatusResults::Work);
         }
-        if is_there("sweep.toml") {
-            return sweep::status(&self.folder).map(StatusResults::Sweep);
+        if !folder.is_dir() {
+            return match tune::status(folder)? {
+                Some(search) => Ok(StatusResults::Work(search)),
+                None => Err(Error::Plan(format!(
+                    "{}: there is no such folder or file: name a folder that {WRITERS} wrote, or the file of a rule",
+                    folder.display()
+                ))),
+            };
         }
-        if is_there("evolution.toml") {
-            return evolve::status(&self.folder).map(StatusResults::Evolution);
-        }
-        if is_there("transfer.toml") {
-            return transfer::status(&self.folder).map(StatusResults::Transfer);
-        }
-        if is_there("replicates.toml") {
-            return replicates::status(&self.folder).map(StatusResults::Replicates);
-        }
-        if self.folder.is_dir() && !is_there("run.toml") && !is_there("journal.sqlite") {
-            return Err(Error::Plan(format!(
-                "{}: this is no folder that `run`, `evolve`, `study`, `sweep` or `transfer` wrote (run.toml, evolution.toml, \
-                 study.toml, sweep.toml, transfer.toml or replicates.toml)",
-                self.folder.display()
-            )));
-        }
-        if !self.folder.is_dir()
-            && let Some(search) = tune::status(&self.folder)?
-        {
-            return Ok(StatusResults::Tune(search));
-        }
-        if !self.folder.exists() {
-            return Err(Error::Plan(format!(
-                "{}: there is no such folder or file: name a folder that `run`, `evolve`, `study`, `sweep` or `transfer` wrote, or \
-                 the file of a rule",
-                self.folder.display()
-            )));
+        if !folder.join("run.toml").exists() && !folder.join("journal.sqlite").exists() {
+            return Err(Error::Plan(format!("{}: this is no folder that {WRITERS} wrote", folder.display())));
         }
         let config = RunConfig::read(&self.folder)?;
         config.rig.check().map_err(Error::at(self.folder.display()))?;

@@ -7,11 +7,10 @@ use tropism::evolve::{self, EvolutionConfig, RuleSearch};
 use tropism::task::{Reading, Task};
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::fit::ModelKind;
-use tropism_lab::replicates::{
-    Measures, Method, MethodKind, ReplicatesConfig, ReplicatesPlan, ReplicatesStatus, Scenario,
-};
+use tropism_lab::replicates::{Measures, Method, MethodKind, ReplicatesConfig, ReplicatesPlan, Scenario};
 use tropism_lab::report::ReportPlan;
 use tropism_lab::status::{StatusPlan, StatusResults};
+use tropism_lab::work::WorkStatus;
 use tropism_lab::{Error, Monitor, Silent, Workflow};
 use tropism_neat::Config;
 
@@ -24,9 +23,9 @@ impl Monitor for PatientFor {
     }
 }
 
-fn status(plan: &ReplicatesPlan) -> ReplicatesStatus {
+fn status(plan: &ReplicatesPlan) -> WorkStatus {
     match (StatusPlan { folder: plan.out.clone() }).execute(&Silent).unwrap() {
-        StatusResults::Replicates(status) => status,
+        StatusResults::Work(status) => status,
         other => panic!("{other:?}"),
     }
 }
@@ -147,19 +146,24 @@ fn replicates_make_controllers_that_steer_the_same_plants() {
         again.resume = true;
         assert!(interruptions < 100);
         let status = status(&again);
-        assert!(!status.is_over && status.scenarios[0].controllers == 8, "{status:?}");
+        assert!(!status.is_over && status.parts[1].total == 8, "{status:?}");
     };
     assert!(interruptions > 0);
-    let ReplicatesStatus { is_over, scenarios, .. } = status(&again);
-    let judged: Vec<_> = scenarios.iter().map(|scenario| scenario.judged.as_ref().unwrap().done()).collect();
-    // A lamp that stays lit, greedy, the reference controller and eight controllers on three plants.
-    assert_eq!(
-        (is_over, scenarios[1].has_reference, scenarios[1].controllers_done, judged),
-        (true, Some(true), 8, vec![33, 33, 11])
-    );
-    let borrowed = &scenarios[2];
-    assert_eq!((borrowed.controllers_of.as_deref(), borrowed.has_reference), (Some("alike"), None));
-    assert_eq!((borrowed.controllers_done, borrowed.controllers), (0, 0), "none is made for this scenario");
+    let WorkStatus { is_over, parts, .. } = status(&again);
+    // A lamp that stays lit, greedy, the reference controller and eight controllers on three plants, or on one; with borrowed
+    // controllers none is made.
+    let parts: Vec<(&str, u64, u64)> =
+        parts.iter().map(|part| (part.name.as_str(), part.done, part.total)).collect();
+    let wanted = [
+        ("alike: reference", 1, 1),
+        ("alike: controllers", 8, 8),
+        ("alike: test plants", 33, 33),
+        ("varied: reference", 1, 1),
+        ("varied: controllers", 8, 8),
+        ("varied: test plants", 33, 33),
+        ("borrowed: test plants", 11, 11),
+    ];
+    assert!(is_over && parts == wanted, "{parts:?}");
     for (one, other) in results.scenarios.iter().zip(&resumed.scenarios) {
         for (one, other) in one.methods.iter().zip(&other.methods) {
             assert_eq!(one.measures, other.measures);
@@ -191,8 +195,11 @@ fn without_methods_the_rules_by_hand_are_judged_alone() {
             .iter()
             .all(|scenario| scenario.methods.is_empty() && scenario.greedy.measures.done.is_some())
     );
-    let ReplicatesStatus { is_over, scenarios, .. } = status(&plan);
-    assert!(is_over && scenarios.iter().all(|scenario| scenario.controllers == 0), "{scenarios:?}");
+    let WorkStatus { is_over, parts, .. } = status(&plan);
+    assert!(
+        is_over && parts.iter().filter(|part| part.unit == "controllers").all(|part| part.total == 0),
+        "{parts:?}"
+    );
     let page = std::fs::read_to_string(plan.out.join("many/judged/report.html")).unwrap();
     assert!(page.contains("in turns") && !page.contains("Arrival at the targets"));
 

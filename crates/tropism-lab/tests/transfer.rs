@@ -103,9 +103,10 @@ fn threads_and_interruptions_change_no_bit() {
         assert!(matches!(error, Error::Interrupted { folder } if folder == broken_off.out));
         assert_eq!(monitor.skipped.into_inner(), skipped);
         let status = StatusPlan { folder: broken_off.out.clone() }.execute(&Silent).unwrap();
-        let StatusResults::Transfer(status) = status else { panic!("{status:?}") };
+        let StatusResults::Work(status) = status else { panic!("{status:?}") };
         let (steered, found) = if skipped == 0 { (4, 0) } else { (6, 1) };
-        assert_eq!((status.done(), status.total(), status.optima), (steered, 6, Some(found)));
+        let parts: Vec<(u64, u64)> = status.parts.iter().map(|part| (part.done, part.total)).collect();
+        assert_eq!((parts[0].0 + parts[1].0, parts[1].1, parts[2]), (steered, 3, (found, 3)));
         assert!(!status.is_over && status.process.is_none());
         let refusal = TransferPlan { resume: false, ..broken_off.clone() }.execute(&Silent).unwrap_err();
         assert!(refusal.to_string().contains("a comparison is here already"), "{refusal}");

@@ -99,7 +99,7 @@ async function search() {
     /** @type {import("./types.d.ts").ShownWork | null} */
     const found = await get("api/work", { at: own }).catch(() => null);
     if (view.at !== own || view.phase !== "evolve") return;
-    const status = /** @type {import("./types.d.ts").TuneStatus | undefined} */ (found?.status);
+    const status = /** @type {import("./types.d.ts").WorkStatus | undefined} */ (found?.status);
     if (!status) {
       const { queue } = await get("api/items").catch(() => ({ queue: [] }));
       if (!waits(own, queue)) return;
@@ -107,9 +107,9 @@ async function search() {
       enter("try");
       return play(true);
     } else {
-      const { generation, generations, best_fitness: top } = status;
-      searches = generations;
-      $("#generation").textContent = `generation ${generation} of ${generations}`;
+      const { done: generation, total, best: top } = status.parts[0];
+      searches = total;
+      $("#generation").textContent = `generation ${generation} of ${total}`;
       $("#evolving").textContent = "The mean of the best rule of each generation. The page may be closed.";
       if (generation > (searched.at(-1)?.[0] ?? 0)) searched.push([generation, top]);
       curve();

@@ -224,26 +224,6 @@ export interface EvolutionNews {
   total: number;
 }
 
-/** What an evolution does now. */
-export interface EvolutionStatus {
-  /** Folder of the evolution. */
-  evolution: string;
-  /** Generations of each run. */
-  generations: number;
-  /** Whether its champions are chosen. */
-  is_over: boolean;
-  /** Whether the model was made from virtual plants. */
-  is_virtual: boolean;
-  /** Number of the process that works on it. */
-  process: number | null;
-  /** The runs, each as it was saved last. */
-  runs: RunProgress[];
-  /** Seconds since a run was saved last. */
-  saved_ago_s: number | null;
-  /** Unit of the fitness: `cm`, or `turns` round a pole. */
-  unit: string;
-}
-
 /** An evolution or a search that waits in the queue. */
 export interface Evolving {
   /** Where it will lie. */
@@ -437,6 +417,24 @@ export interface OwnSession {
   read_only: boolean;
 }
 
+/** How far a part of a long work is. */
+export interface PartStatus {
+  /** The best fitness so far, where something is searched for. */
+  best: number | null;
+  /** Unit of the fitness: `cm`, or `turns` round a pole. */
+  best_unit: string | null;
+  /** How much is done. */
+  done: number;
+  /** Its name. */
+  name: string;
+  /** Wall-clock seconds that were spent on it, where they are kept. */
+  seconds: number | null;
+  /** How much there is to do. */
+  total: number;
+  /** What is counted, in the plural: `generations`. */
+  unit: string;
+}
+
 /** A photograph that was taken by hand. */
 export interface PhotoByHand {
   /** By which it is asked for. */
@@ -527,18 +525,6 @@ export interface Renamed {
   at: string;
 }
 
-/** What a comparison of methods does now. */
-export interface ReplicatesStatus {
-  /** Whether its results are written. */
-  is_over: boolean;
-  /** Number of the process that works on it. */
-  process: number | null;
-  /** Folder of the comparison. */
-  replicates: string;
-  /** The scenarios, in order. */
-  scenarios: ScenarioStatus[];
-}
-
 /** Things of one kind, compared pair by pair. */
 export interface ReportComparison {
   /** Each two of them; none where their tasks differ. */
@@ -593,14 +579,6 @@ export interface RunNews {
 
 /** How a run is, or that its folder was deleted or renamed. */
 export type RunNow = ShownStatus | { state: Gone };
-
-/** How far one run of an evolution is. */
-export interface RunProgress {
-  /** Best fitness so far. */
-  best_fitness: number | null;
-  /** Generations that are done. */
-  generation: number;
-}
 
 /** Whether a run goes on. */
 export type RunState = "running" | "overdue" | "stopped" | "died" | "paused" | "over";
@@ -700,22 +678,6 @@ export interface SavedTask {
   file: string;
   /** Its text. */
   task: string;
-}
-
-/** How far a scenario of a comparison of methods is. */
-export interface ScenarioStatus {
-  /** Controllers that all replicates make for this scenario by all methods; 0 with borrowed controllers. */
-  controllers: number;
-  /** Controllers of this scenario that are made. */
-  controllers_done: number;
-  /** The scenario whose controllers and reference are judged here, too; `null` if this scenario makes its own. */
-  controllers_of: string | null;
-  /** Whether the reference controller of this scenario is found; `null` if none is searched. */
-  has_reference: boolean | null;
-  /** How far their comparison on test plants is, if it has begun. */
-  judged: TransferStatus | null;
-  /** Its name. */
-  scenario: string;
 }
 
 /** What is seen in a photograph by itself, without those before it. */
@@ -935,73 +897,13 @@ export interface ShownWork {
   status: StatusResults;
 }
 
-/** How far a stage of a study is. */
-export interface StageStatus {
-  /** Units that are done. */
-  done: number;
-  /** Name of the stage. */
-  name: string;
-  /** Seconds that were spent on it so far. */
-  seconds: number | null;
-  /** Units in all. */
-  total: number;
-  /** What a unit is, in the plural. */
-  unit: string;
-}
-
 /** What the work in a folder does now. */
-export type StatusResults = RunStatus | EvolutionStatus | StudyStatus | SweepStatus | TransferStatus | ReplicatesStatus | TuneStatus;
-
-/** How far a controller of a comparison is. */
-export interface SteeredPlants {
-  /** Its name. */
-  name: string;
-  /** Plants that it has steered. */
-  plants: number;
-}
+export type StatusResults = RunStatus | WorkStatus;
 
 /** The stem in a photograph. */
 export interface StemSeen {
   /** Its points, in pixels; `null` if it was not seen. */
   stem: [number, number][] | null;
-}
-
-/** What a study does now. */
-export interface StudyStatus {
-  /** The evolution, if it has begun. */
-  evolution: EvolutionStatus | null;
-  /** Whether its report is written. */
-  is_over: boolean;
-  /** Number of the process that works on it. */
-  process: number | null;
-  /** Its stages, in order. */
-  stages: StageStatus[];
-  /** Folder of the study. */
-  study: string;
-}
-
-/** What a sweep does now. */
-export interface SweepStatus {
-  /** Names of the units that have begun and are not finished. */
-  begun: string[];
-  /** Units of work that are finished. */
-  done: number;
-  /** Generations of all evolutions. */
-  generations: number | null;
-  /** Generations that are done, of all evolutions; `null` for replicates. */
-  generations_done: number | null;
-  /** Whether its table is written. */
-  is_over: boolean;
-  /** Number of the process that works on all of it. */
-  process: number | null;
-  /** Number of seeds. */
-  seeds: number;
-  /** Number of settings. */
-  settings: number;
-  /** Folder of the sweep. */
-  sweep: string;
-  /** Units of work in all. */
-  total: number;
 }
 
 /** The tags of a piece of work. */
@@ -1032,22 +934,6 @@ export interface ToldReach {
   stems: [number, number][];
   /** The farthest place at which a tip arrives at a height for the first time. */
   tips: [number, number][];
-}
-
-/** What a comparison of controllers does now. */
-export interface TransferStatus {
-  /** The controllers. */
-  controllers: SteeredPlants[];
-  /** Whether its results are written. */
-  is_over: boolean;
-  /** Plants whose best schedule is found; `null` if none is searched. */
-  optima: number | null;
-  /** Number of plants. */
-  plants: number;
-  /** Number of the process that works on it. */
-  process: number | null;
-  /** Folder of the comparison. */
-  transfer: string;
 }
 
 /** A bean that was tried, from one of its steps on. */
@@ -1101,24 +987,6 @@ export interface TuneSettings {
   threshold: number;
 }
 
-/** What a search for a rule does now. */
-export interface TuneStatus {
-  /** Best mean fitness of a rule in the last generation. */
-  best_fitness: number | null;
-  /** Generations that are done; `null` if the search is over. */
-  generation: number | null;
-  /** Generations of the search; `null` if it is over. */
-  generations: number | null;
-  /** Whether the rule is written. */
-  is_over: boolean;
-  /** File of the rule. */
-  rule: string;
-  /** Seconds since a generation was saved last. */
-  saved_ago_s: number | null;
-  /** Unit of the fitness: `cm`, or `turns` round a pole. */
-  unit: string;
-}
-
 /** Settings as the text of a file, and the command that tracks with them. */
 export interface TuneText {
   command: string;
@@ -1127,6 +995,24 @@ export interface TuneText {
 
 /** How a piece of work is. */
 export type WorkState = "over" | "live" | "overdue" | "stopped" | "died" | "paused" | "broken";
+
+/** What a long work does now. */
+export interface WorkStatus {
+  /** Its folder, or the file of a rule. */
+  folder: string;
+  /** Whether its results are written. */
+  is_over: boolean;
+  /** Whether its plants are virtual, or it works on a model of such; `null` where that is not known. */
+  is_virtual: boolean | null;
+  /** How far each of its parts is, in order: stages, runs, settings, controllers, scenarios. */
+  parts: PartStatus[];
+  /** Number of the process that works on all of it. */
+  process: number | null;
+  /** Seconds since something was saved last, where it is not over. */
+  saved_ago_s: number | null;
+  /** Its workflow: `study`. */
+  work: string;
+}
 
 /** A note that was written, or that the run writes at its next step. */
 export interface Written {

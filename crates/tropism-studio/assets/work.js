@@ -6,20 +6,15 @@ import { $, asked, chip, command, get, html, listen, num, put, refuse, session, 
 const at = asked.get("at") ?? "";
 
 /** Rows of name, done, of all, and what is counted. @param {import("./types.d.ts").StatusResults} status @returns {[string, number, number, string][]} */
-function stages(status) {
-  if ("stages" in status)
-    return status.stages.map((stage) => [
-      stage.name,
-      stage.done,
-      stage.total,
-      `${stage.unit}${stage.seconds ? `, ${span(stage.seconds)}` : ""}`,
-    ]);
-  if ("scenarios" in status) return status.scenarios.map((scenario) => [scenario.scenario, scenario.controllers_done, scenario.controllers, "controllers"]);
-  if ("rule" in status)
-    return status.is_over ? [] : [["search", status.generation, status.generations, `generations${status.best_fitness === null ? "" : `, best ${num(status.best_fitness)}`}`]];
-  if ("optima" in status) return status.controllers.map((one) => [one.name, one.plants, status.plants, "plants"]);
-  // A run and an evolution have pages of their own.
-  return "settings" in status ? [["units", status.done, status.total, "units"]] : [];
+function parts(status) {
+  // A run has a page of its own.
+  if (!("parts" in status)) return [];
+  return status.parts.map(({ name, done, total, unit, best, seconds }) => [
+    name,
+    done,
+    total,
+    `${unit}${best === null ? "" : `, best ${num(best)}`}${seconds ? `, ${span(seconds)}` : ""}`,
+  ]);
 }
 
 /** The name of the work, once it is known. */
@@ -29,9 +24,9 @@ async function read() {
   $("#kind").textContent = kind;
   $("#name").textContent = name;
   document.title = `${name} · tropism studio`;
-  const isOver = "is_over" in status ? status.is_over : status.state === "over";
+  const isOver = "parts" in status ? status.is_over : status.state === "over";
   put($("#state"), chip(isOver ? "over" : isAtWork ? "live" : "stopped"));
-  const rows = stages(status);
+  const rows = parts(status);
   $("#stages-sheet").hidden = rows.length === 0;
   const row = (/** @type {typeof rows[0]} */ [stage, done, total, unit]) =>
     html`<tr>
@@ -44,7 +39,7 @@ async function read() {
     $("#stages"),
     html`<thead>
         <tr>
-          <th scope="col">Stage</th>
+          <th scope="col">Part</th>
           <th scope="col" class="n">Done</th>
           <th scope="col">What</th>
           <th scope="col"><span class="vh">How far</span></th>

@@ -9,7 +9,6 @@ mod history;
 mod record;
 mod progress;
 mod runs;
-mod status;
 
 use std::path::{Path, PathBuf};
 
@@ -24,14 +23,13 @@ pub use self::config::EvolveConfig;
 pub use self::history::EvolutionHistory;
 pub use self::record::EvolutionRecord;
 pub(crate) use self::record::champion_path;
+use self::record::checkpoint_path;
 pub use self::runs::Evolving;
-pub(crate) use self::status::status;
-pub use self::status::{EvolutionStatus, RunProgress};
 use crate::model::Model;
 use crate::sequences;
 use crate::stopwatch::timed;
 use crate::task::check_goal;
-use crate::work::{self, Work};
+use crate::work::{self, PartStatus, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow, champion, files, model};
 
 /// Default of [`EvolvePlan::trial_plants`]: the standard error of a mean over 200 plants is 0.07 standard deviations.
@@ -203,6 +201,36 @@ impl Work for EvolvePlan {
         }
         let (out, resume) = (out.to_owned(), true);
         Ok(Self { model, out, task, evolution, trial_plants, seed, resume, ..Self::default() })
+    }
+
+    /// A part is a run, as it was saved last.
+    fn status(folder: &Path) -> Result<WorkStatus, Error> {
+        let record = EvolutionRecord::read(folder)?;
+        // A summary is small, and checkpoints are not.
+        let summary = folder.join("summary.json");
+        let results: Option<EvolveResults> =
+            files::read_as(&summary, |text| serde_json::from_str(text)).ok().filter(|_| summary.exists());
+        let part = |index: u32| {
+            let (done, best) = match &results {
+                Some(results) => {
+                    let run = results.runs.get(index as usize);
+                    (run.map_or(0, |run| run.generations), run.map(|run| run.best_fitness))
+                }
+                None => {
+                    let run = record.checkpoint(folder, index);
+                    let best = run.as_ref().and_then(|run| run.champion()).map(|(_, fitness)| fitness);
+                    (run.map_or(0, |run| run.search.generation()), best)
+                }
+            };
+            let (total, best_unit) = (record.generations().into(), Some(record.task.kind.unit()));
+            let part = PartStatus::new(format!("run {index}"), done.into(), total, "generations");
+            PartStatus { best, best_unit, ..part }
+        };
+        let parts = (0..record.runs()).map(part).collect();
+        let saved = (0..record.runs()).filter_map(|index| files::age_s(&checkpoint_path(folder, index)));
+        let status = WorkStatus::of::<Self>(folder, parts)?;
+        let saved_ago_s = saved.reduce(f64::min).filter(|_| !status.is_over);
+        Ok(WorkStatus { is_virtual: Some(record.is_virtual), saved_ago_s, ..status })
     }
 
     fn begin(&self, monitor: &dyn Monitor) -> Result<Evolving<'_>, Error> {

@@ -22,7 +22,7 @@ use self::score::{PlantScore, score, score_still};
 use crate::model::{self, Model};
 use crate::statistics::{Bootstrap, interval_over_replicates};
 use crate::units::plural;
-use crate::work::{self, Input, Pace, Place, Record, Stage, Unit, Units, Work};
+use crate::work::{self, Input, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Compares models by their forecasts of plants that were left out.
@@ -205,6 +205,16 @@ impl Work for ForecastPlan {
             [models, tracks].map(|inputs| inputs.into_iter().map(|input| input.file).collect());
         let (resume, out) = (true, Some(out.to_owned()));
         Ok(Self { models, tracks, plants, horizons_min, interval_min, greenhouse, seed, resume, out })
+    }
+
+    fn status(folder: &Path) -> Result<WorkStatus, Error> {
+        let ForecastRecord { models, tracks, .. } = files::read_toml(&folder.join(Self::RECORD))?;
+        let done = files::list(&folder.join("scores"), "json").map_or(0, |files| files.len());
+        // Virtual beans grow under two kinds of light.
+        let lights = if tracks.is_empty() { 2 } else { 1 };
+        let part = PartStatus::new("forecast", done as u64, lights * models.len() as u64, "models");
+        let is_virtual = tracks.is_empty().then_some(true);
+        Ok(WorkStatus { is_virtual, ..WorkStatus::of::<Self>(folder, vec![part])? })
     }
 
     fn begin(&self, monitor: &dyn Monitor) -> Result<Forecasting<'_>, Error> {

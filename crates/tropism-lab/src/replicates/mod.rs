@@ -8,7 +8,6 @@
 //! that is for tasks that no model knows. `docs/how-to/compare-controllers.md` has the protocol.
 
 mod results;
-mod status;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -27,8 +26,6 @@ pub use self::results::{
     BaselineResults, MeanAndInterval, Measures, MethodResults, ReplicateResults, ReplicatesResults,
     ScenarioResults,
 };
-pub(crate) use self::status::status;
-pub use self::status::{ReplicatesStatus, ScenarioStatus};
 use crate::controller::ControllerSpec;
 use crate::evolve::{EvolvePlan, TRIAL_PLANTS};
 use crate::files::{self, FileError};
@@ -39,7 +36,7 @@ use crate::sequences;
 use crate::task::check_goal;
 use crate::transfer::{NamedController, TEST_PLANTS, TransferPlan, TransferResults, check_name};
 use crate::tune::TunePlan;
-use crate::work::{self, News, Pace, Place, Record, Stage, Unit, Units, Work};
+use crate::work::{self, News, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow};
 
 /// Name of the greedy rule among the controllers of a scenario.
@@ -413,6 +410,14 @@ impl Work for ReplicatesPlan {
         Ok(Self { out: out.to_owned(), resume: true, config })
     }
 
+    /// Each scenario has a part for its reference controller, its controllers and their test.
+    fn status(folder: &Path) -> Result<WorkStatus, Error> {
+        let plan = Self::of_folder(folder)?;
+        let parts = plan.config.scenarios.iter().map(|scenario| plan.status_of(scenario));
+        let parts = parts.collect::<Result<Vec<_>, _>>()?.concat();
+        WorkStatus::of::<Self>(folder, parts)
+    }
+
     fn begin(&self, _monitor: &dyn Monitor) -> Result<Comparing<'_>, Error> {
         let tasks = self.tasks()?;
         self.check_scores(&tasks)?;
@@ -450,6 +455,36 @@ impl ReplicatesPlan {
         }
         let Record { config, tasks } = files::read_toml(&out.join("replicates.toml"))?;
         Ok(config.scenarios.into_iter().map(|scenario| scenario.name).zip(tasks).collect())
+    }
+
+    fn status_of(&self, scenario: &Scenario) -> Result<Vec<PartStatus>, Error> {
+        let config = &self.config;
+        let name = |what: &str| format!("{}: {what}", scenario.name);
+        let mut parts = Vec::new();
+        if scenario.controllers_of.is_none() {
+            if config.reference.is_some() {
+                let is_found = u64::from(self.reference(scenario).exists());
+                parts.push(PartStatus::new(name("reference"), is_found, 1, "rules"));
+            }
+            let all = (0..config.replicates_at_work()).flat_map(|replicate| {
+                config.methods.iter().map(move |method| self.made(scenario, replicate, method))
+            });
+            let (mut done, mut total) = (0, 0);
+            for files in all {
+                total += 1;
+                done += u64::from(files.iter().all(|file| file.exists()));
+            }
+            parts.push(PartStatus::new(name("controllers"), done, total, "controllers"));
+        }
+        let judged = self.scenario_folder(scenario).join("judged");
+        let has_begun = judged.join(TransferPlan::RECORD).exists();
+        let done = if has_begun { TransferPlan::status(&judged)?.progress().0 } else { 0 };
+        let methods = config.methods.len() as u64 * u64::from(config.replicates_at_work());
+        // Greedy and the lamp that stays lit, too.
+        let controllers = 2 + u64::from(config.reference.is_some()) + methods;
+        let plants = u64::from(config.test_plants_of(scenario));
+        parts.push(PartStatus::new(name("test plants"), done, controllers * plants, "plants"));
+        Ok(parts)
     }
 
     fn scenario_folder(&self, scenario: &Scenario) -> PathBuf {

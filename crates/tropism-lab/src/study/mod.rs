@@ -9,7 +9,6 @@ mod config;
 mod results;
 mod growing;
 mod page;
-mod status;
 
 use std::path::{Path, PathBuf};
 
@@ -25,8 +24,6 @@ pub(crate) use self::page::page;
 pub(crate) use self::results::SATURATION_SHARE;
 pub use self::results::{ManyNumbers, RealityNumbers, StudyResults};
 use self::results::{StudyFolder, read_seconds};
-pub(crate) use self::status::status;
-pub use self::status::{StageStatus, StudyStatus};
 use crate::baseline::BaselinePlan;
 use crate::controller::ControllerSpec;
 use crate::evolve::EvolvePlan;
@@ -38,7 +35,7 @@ use crate::run::{RunConfig, RunPlan};
 use crate::sequences;
 use crate::transfer::{NamedController, TransferPlan};
 use crate::tune::TunePlan;
-use crate::work::{self, News, Pace, Place, Record, Stage, Unit, Units, Work};
+use crate::work::{self, News, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow};
 
 /// Repeats the paper on virtual plants.
@@ -78,6 +75,10 @@ const STAGES: [&str; 8] = [
     "many plants",
     "report",
 ];
+
+/// What is counted of each stage, in the plural.
+const UNITS: [&str; STAGES.len()] =
+    ["experiments", "models", "generations", "baselines", "rules", "experiments", "comparisons", "reports"];
 
 const OPEN_LOOP: usize = 0;
 const MODEL: usize = 1;
@@ -130,6 +131,39 @@ impl Work for StudyPlan {
     fn of_folder(out: &Path) -> Result<Self, Error> {
         let config = files::read_toml(&out.join(Self::RECORD))?;
         Ok(Self { out: out.to_owned(), resume: true, config, ..Self::default() })
+    }
+
+    /// A part is a stage.
+    fn status(folder: &Path) -> Result<WorkStatus, Error> {
+        let plan = Self::of_folder(folder)?;
+        let (study, seconds) = (AtWork { plan: &plan }, read_seconds(folder));
+        let evolution = folder.join("evolution");
+        let part = |(stage, name): (usize, &str)| {
+            let units = match stage {
+                OPEN_LOOP | REALITY => study.experiments(stage).len(),
+                _ => 1,
+            };
+            let is_done = |&unit: &usize| study.is_done(Place { stage, unit }).unwrap_or(false);
+            let (done, total) = ((0..units).filter(is_done).count() as u64, units as u64);
+            let part = match stage {
+                OPEN_LOOP | REALITY => PartStatus::new(name, done, total, "experiments"),
+                EVOLUTION if evolution.join(EvolvePlan::RECORD).exists() => {
+                    let status = EvolvePlan::status(&evolution)?;
+                    let (done, total, unit) = status.progress();
+                    let best_unit = status.parts.first().and_then(|run| run.best_unit);
+                    PartStatus { best: status.best(), best_unit, ..PartStatus::new(name, done, total, unit) }
+                }
+                EVOLUTION => {
+                    let evolution = &plan.config.evolution;
+                    let total = u64::from(evolution.runs) * u64::from(evolution.generations);
+                    PartStatus::new(name, 0, total, "generations")
+                }
+                _ => PartStatus::new(name, done, total, UNITS[stage]),
+            };
+            Ok::<_, Error>(PartStatus { seconds: seconds.get(name).copied(), ..part })
+        };
+        let parts = STAGES.into_iter().enumerate().map(part).collect::<Result<_, _>>()?;
+        WorkStatus::of::<Self>(folder, parts)
     }
 
     fn begin(&self, _monitor: &dyn Monitor) -> Result<AtWork<'_>, Error> {

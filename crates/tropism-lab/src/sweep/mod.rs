@@ -8,7 +8,6 @@
 mod config;
 mod results;
 mod units;
-mod status;
 
 use std::path::{Path, PathBuf};
 
@@ -19,13 +18,12 @@ use tropism::math::rank_test;
 pub use self::config::{Method, Seeds, Setting, SweepConfig};
 use self::results::FinishedUnit;
 pub use self::results::{SettingPair, SweepResults, SweepRow, UnitFindings, UnitRecord};
-pub use self::status::SweepStatus;
-pub(crate) use self::status::status;
 use self::units::SweepUnit;
 pub(crate) use self::units::unit_folder;
 use self::units::units;
 use crate::comparison::SIGNIFICANT;
-use crate::work::{self, News, Pace, Place, Record, Stage, Unit, Units, Work};
+use crate::evolve::EvolvePlan;
+use crate::work::{self, News, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow, files, model};
 
 /// Executes all units of a sweep, and summarizes them.
@@ -128,6 +126,27 @@ impl Work for SweepPlan {
         let config = SweepConfig { model, seeds, grid, evolve, replicates };
         let folder = folder.unwrap_or_else(|| out.to_owned());
         Ok(Self { out: out.to_owned(), resume: true, folder, config })
+    }
+
+    /// A part is a setting.
+    fn status(folder: &Path) -> Result<WorkStatus, Error> {
+        let plan = Self::of_folder(folder)?;
+        let settings = plan.config.settings(&plan.folder)?;
+        let unit = if plan.config.is_of_replicates() { "comparisons" } else { "generations" };
+        let part = |setting: &Setting| PartStatus::new(&setting.name, 0, 0, unit);
+        let mut parts: Vec<PartStatus> = settings.iter().map(part).collect();
+        for unit in plan.units()? {
+            let (part, size) = (&mut parts[unit.place], settings[unit.place].generations().max(1));
+            let own = unit_folder(folder, &unit);
+            part.total += size;
+            if own.join("unit.json").exists() {
+                part.done += size;
+            } else if own.join(EvolvePlan::RECORD).exists() {
+                part.done += EvolvePlan::status(&own)?.progress().0;
+            }
+        }
+        let is_virtual = Some(Self::is_virtual(folder)?);
+        Ok(WorkStatus { is_virtual, ..WorkStatus::of::<Self>(folder, parts)? })
     }
 
     fn begin(&self, _monitor: &dyn Monitor) -> Result<Sweep<'_>, Error> {

@@ -11,7 +11,6 @@ mod steer;
 mod causes;
 mod results;
 mod page;
-mod status;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -33,15 +32,13 @@ pub use self::results::{
     TransferResults,
 };
 use self::results::{Judge, Optimum, PlantResult, Scores};
-pub(crate) use self::status::status;
-pub use self::status::{SteeredPlants, TransferStatus};
 use crate::controller::ControllerSpec;
 use crate::model::{self, Model};
 use crate::reach::note_out_of_reach;
 use crate::sequences;
 pub use crate::statistics::PairedDifference;
 use crate::task::check_goal;
-use crate::work::{self, News, Pace, Place, Record, Stage, Unit, Units, Work};
+use crate::work::{self, News, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Number of plants that a claim on a controller takes (`docs/how-to/compare-controllers.md`): the standard error of the mean is
@@ -215,6 +212,23 @@ impl Work for TransferPlan {
     fn of_folder(out: &Path) -> Result<Self, Error> {
         let plan: Self = files::read_as(&out.join(PLAN), |text| serde_json::from_str(text))?;
         Ok(Self { out: out.to_owned(), ..plan })
+    }
+
+    fn status(folder: &Path) -> Result<WorkStatus, Error> {
+        let plan = Self::of_folder(folder)?;
+        let plants = plan.seeds().len();
+        let part = |name: &str, is_there: &dyn Fn(usize) -> bool| {
+            let done = (0..plants).filter(|&plant| is_there(plant)).count();
+            PartStatus::new(name, done as u64, plants as u64, "plants")
+        };
+        let steered = plan
+            .controllers
+            .iter()
+            .enumerate()
+            .map(|(number, one)| part(&one.name, &|plant| plan.track_path(number, plant).exists()));
+        let searched =
+            plan.optimum.then(|| part("best schedules", &|plant| plan.optimum_path(plant).exists()));
+        WorkStatus::of::<Self>(folder, steered.chain(searched).collect())
     }
 
     fn begin(&self, monitor: &dyn Monitor) -> Result<Steering<'_>, Error> {

@@ -4,7 +4,6 @@
 //! the fitness of what it tried before from there, and ends in the same bits.
 
 mod saved;
-mod status;
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -23,12 +22,13 @@ use tropism_bean::Species;
 use tropism_bean::tent::Greenhouse;
 
 use self::saved::SavedSearch;
-pub use self::status::TuneStatus;
-pub(crate) use self::status::status;
+use crate::controller::ControllerSpec;
+use crate::files::FileError;
 use crate::model::Model;
 use crate::reach::note_out_of_reach;
 use crate::stopwatch::Stopwatch;
 use crate::task::check_goal;
+use crate::work::{PartStatus, WorkStatus};
 use crate::{Error, Monitor, Workflow, files, model, sequences};
 
 /// Plants that grow side by side in a thread: some milliseconds of work.
@@ -192,6 +192,41 @@ fn seedling_outlook(
         target.interval = Some([least.max(0.0), most.min(1.0)]);
     }
     Ok(of_all)
+}
+
+/// The status of the search for the rule `out`; `None` if there is neither search nor file.
+///
+/// # Errors
+/// [`Error`] if the search cannot be read, or the file is no rule.
+pub(crate) fn status(out: &Path) -> Result<Option<WorkStatus>, Error> {
+    let path = saved::path(out);
+    let of = |parts: Vec<PartStatus>| WorkStatus {
+        work: "tune",
+        folder: out.to_owned(),
+        is_over: parts.is_empty(),
+        is_virtual: None,
+        process: None,
+        saved_ago_s: files::age_s(&path),
+        parts,
+    };
+    if !path.exists() {
+        if !out.is_file() {
+            return Ok(None);
+        }
+        return match ControllerSpec::read(out)? {
+            ControllerSpec::Rule { .. } => Ok(Some(of(Vec::new()))),
+            other => {
+                let found = other.description();
+                let problem = format!(
+                    "found the controller {found:?}, wanted a rule of `tune`, or the folder of other work"
+                );
+                Err(FileError::content(out, problem).into())
+            }
+        };
+    }
+    let (done, plan, best) = saved::read_progress(out)?;
+    let part = PartStatus::new("search", done as u64, plan.search.generations.into(), "generations");
+    Ok(Some(of(vec![PartStatus { best, best_unit: Some(plan.task.kind.unit()), ..part }])))
 }
 
 impl TunePlan {

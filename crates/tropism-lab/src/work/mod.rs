@@ -8,6 +8,7 @@
 mod claim;
 mod drive;
 mod unit;
+mod status;
 
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use self::claim::check_same;
 pub(crate) use self::drive::{perform, perform_in};
+pub use self::status::{PartStatus, WorkStatus};
 pub use self::unit::{ListedUnit, UnitPlan, UnitResults, units_of};
 use crate::{Error, Monitor, Workflow, files};
 
@@ -64,6 +66,12 @@ pub trait Work: Workflow {
     /// # Errors
     /// [`Error`] if there is none, or it cannot be read.
     fn of_folder(folder: &Path) -> Result<Self, Error>;
+
+    /// How far the work in `folder` is, also while programs work in it.
+    ///
+    /// # Errors
+    /// [`Error`] if its record or the lock cannot be read.
+    fn status(folder: &Path) -> Result<WorkStatus, Error>;
 
     /// Reads what a checked and prepared plan needs to work.
     ///

@@ -42,7 +42,7 @@ pub(super) async fn work(State(studio): Shared, Query(At { at }): Query<At>) -> 
         let kind = Kind::of(&folder).ok_or_else(|| Refusal::missing(format!("{at}: found no work")))?;
         let status = StatusPlan { folder: folder.clone() }.execute(&Silent)?;
         let is_at_work = match &status {
-            StatusResults::Tune(search) => items::is_at_work(search),
+            StatusResults::Work(search) if search.work == "tune" => items::is_at_work(search),
             _ => holder(&folder)?.is_some(),
         };
         let word = files::shell_word(Path::new(if at.is_empty() { "." } else { &at }));

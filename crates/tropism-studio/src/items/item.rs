@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use serde::Serialize;
+use tropism_lab::evolve::EvolutionRecord;
 use tropism_lab::status::{RunState, RunStatus, StatusPlan, StatusResults};
-use tropism_lab::tune::TuneStatus;
-use tropism_lab::units::plural;
+use tropism_lab::work::{PartStatus, WorkStatus};
 use tropism_lab::{ControllerSpec, RunConfig, Silent, Workflow, files, tags};
 
 use super::{Followed, Stamp};
@@ -180,69 +180,35 @@ impl Item {
     fn with(self, path: &Path, status: StatusResults, config: Option<RunConfig>) -> Self {
         match status {
             StatusResults::Run(run) => self.with_run(path, &run, config),
-            StatusResults::Evolution(evolution) => {
-                let best = evolution.runs.iter().filter_map(|run| run.best_fitness).reduce(f64::max);
-                let record = tropism_lab::evolve::EvolutionRecord::read(path).ok();
-                let possible = record.and_then(|record| record.task.best_fitness());
-                Self {
-                    state: WorkState::of(evolution.process, evolution.is_over),
-                    is_virtual: Some(evolution.is_virtual),
-                    value: best,
-                    text: of_possible(best, possible),
-                    done: Some(evolution.generations_done()),
-                    total: Some(u64::from(evolution.generations) * evolution.runs.len() as u64),
-                    ..self
-                }
-            }
-            StatusResults::Study(study) => {
-                let done = study.stages.iter().filter(|stage| stage.done >= stage.total).count();
-                let now = study.stages.iter().find(|stage| stage.done < stage.total);
-                Self {
-                    state: WorkState::of(study.process, study.is_over),
-                    is_virtual: Some(true),
-                    text: now.map_or_else(
-                        || "report is written".to_owned(),
-                        |stage| format!("{}: {} of {} {}", stage.name, stage.done, stage.total, stage.unit),
-                    ),
-                    done: Some(done as u64),
-                    total: Some(study.stages.len() as u64),
-                    ..self
-                }
-            }
-            StatusResults::Sweep(sweep) => Self {
-                state: WorkState::of(sweep.process, sweep.is_over),
-                text: format!("{} of {} units", sweep.done, sweep.total),
-                done: Some(sweep.done as u64),
-                total: Some(sweep.total as u64),
-                ..self
-            },
-            StatusResults::Transfer(transfer) => Self {
-                state: WorkState::of(transfer.process, transfer.is_over),
-                is_virtual: Some(true),
-                text: format!("{} of {}", transfer.done(), plural(transfer.total(), "plant")),
-                done: Some(transfer.done() as u64),
-                total: Some(transfer.total() as u64),
-                ..self
-            },
-            StatusResults::Replicates(replicates) => {
-                let scenarios = &replicates.scenarios;
-                let done = scenarios.iter().map(|scenario| scenario.controllers_done as u64).sum();
-                let total = scenarios.iter().map(|scenario| scenario.controllers as u64).sum();
-                Self {
-                    state: WorkState::of(replicates.process, replicates.is_over),
-                    is_virtual: Some(true),
-                    text: format!("{done} of {}", plural(total, "controller")),
+            StatusResults::Work(search) if search.work == "tune" => self.with_rule(path, &search),
+            StatusResults::Work(work) => {
+                let (done, total, unit) = work.progress();
+                let base = Self {
+                    state: WorkState::of(work.process, work.is_over),
+                    is_virtual: work.is_virtual,
                     done: Some(done),
                     total: Some(total),
                     ..self
+                };
+                if let Some(record) = EvolutionRecord::read(path).ok().filter(|_| work.work == "evolve") {
+                    let (best, possible) = (work.best(), record.task.best_fitness());
+                    return Self { value: best, text: of_possible(best, possible), ..base };
                 }
+                let now = work.parts.iter().find(|part| !part.is_done());
+                let text = match now {
+                    Some(part) if unit == "stages" => {
+                        format!("{}: {} of {} {}", part.name, part.done, part.total, part.unit)
+                    }
+                    _ if work.is_over && unit == "stages" => "report is written".to_owned(),
+                    _ => format!("{done} of {total} {unit}"),
+                };
+                Self { text, ..base }
             }
-            StatusResults::Tune(search) => self.with_rule(path, &search),
         }
     }
 
-    fn with_rule(self, path: &Path, search: &TuneStatus) -> Self {
-        let Some((done, of)) = search.generation.zip(search.generations) else {
+    fn with_rule(self, path: &Path, search: &WorkStatus) -> Self {
+        let Some(&PartStatus { done, total, best, .. }) = search.parts.first() else {
             let rule = ControllerSpec::read(path).ok();
             let expected = rule.as_ref().and_then(|rule| rule.expected()).map(|trial| trial.mean);
             let possible = rule.as_ref().and_then(|rule| rule.own_task()?.best_fitness());
@@ -253,13 +219,13 @@ impl Item {
             let text = expected.map_or_else(|| "a rule".to_owned(), |_| of_possible(expected, possible));
             return Self { state: WorkState::Over, is_virtual, value: expected, text, ..self };
         };
-        let best = search.best_fitness.map(|best| format!(", best {best:.2}")).unwrap_or_default();
+        let shown = best.map(|best| format!(", best {best:.2}")).unwrap_or_default();
         Self {
             state: if is_at_work(search) { WorkState::Live } else { WorkState::Stopped },
-            value: search.best_fitness,
-            text: format!("generation {done} of {of}{best}"),
-            done: Some(done as u64),
-            total: Some(of.into()),
+            value: best,
+            text: format!("generation {done} of {total}{shown}"),
+            done: Some(done),
+            total: Some(total),
             ..self
         }
     }
@@ -299,7 +265,7 @@ impl Item {
 }
 
 /// Whether a program works on a search: nobody holds its file, but each generation is saved.
-pub(crate) fn is_at_work(search: &TuneStatus) -> bool {
+pub(crate) fn is_at_work(search: &WorkStatus) -> bool {
     !search.is_over && search.saved_ago_s.is_some_and(|ago| ago < SEARCH_SILENCE_S)
 }
 

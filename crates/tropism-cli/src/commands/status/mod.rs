@@ -19,9 +19,9 @@ use crate::shell::Shell;
 
 /// Report what a run, an evolution, a study or other long work does now
 ///
-/// Of a run: its step, its last photograph, its lamp, and what went wrong. Of an evolution: the generation and the best
-/// fitness of each run. Of a study: its stages; of one with replicates, its scenarios. Of a sweep: its units. Of `transfer`:
-/// the plants that each controller has steered. Of `tune`: the generation. Nothing is disturbed.
+/// Of a run: its step, its last photograph, its lamp, and what went wrong. Of long work: how far each part is (the runs of an
+/// evolution, the stages of a study, the settings of a sweep, the controllers of `transfer`), and the best fitness so far.
+/// Nothing is disturbed.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism status bean\n  \
@@ -29,7 +29,7 @@ use crate::shell::Shell;
     tropism status evolution\n  \
     tropism status tropism-study --json")]
 pub(crate) struct Status {
-    /// Folder of a run, an evolution, a study, a sweep or `transfer`, or file of a rule
+    /// Folder of a run or of long work, or file of a rule
     #[arg(value_name = "DIR|rule.json")]
     folder: PathBuf,
 }
@@ -47,12 +47,7 @@ impl Status {
 fn text(status: &StatusResults) -> String {
     match status {
         StatusResults::Run(run) => run_text(run),
-        StatusResults::Evolution(evolution) => work::evolution_text(evolution),
-        StatusResults::Study(study) => work::study_text(study),
-        StatusResults::Sweep(sweep) => work::sweep_text(sweep),
-        StatusResults::Transfer(transfer) => work::transfer_text(transfer),
-        StatusResults::Replicates(replicates) => work::replicates_text(replicates),
-        StatusResults::Tune(tune) => work::tune_text(tune),
+        StatusResults::Work(status) => work::text(status),
     }
 }
 

@@ -1,157 +1,66 @@
-//! What an evolution, a study or other long work does now, as text.
+//! What a long work does now, as text.
 
 use std::path::Path;
 
-use tropism_lab::evolve::EvolutionStatus;
 use tropism_lab::files::shell_word;
-use tropism_lab::replicates::{ReplicatesStatus, ScenarioStatus};
-use tropism_lab::study::{StageStatus, StudyStatus};
-use tropism_lab::sweep::SweepStatus;
-use tropism_lab::transfer::{SteeredPlants, TransferStatus};
-use tropism_lab::tune::TuneStatus;
-use tropism_lab::units::{self, plural};
+use tropism_lab::units;
+use tropism_lab::work::{PartStatus, WorkStatus};
 
-pub(super) fn evolution_text(status: &EvolutionStatus) -> String {
-    let EvolutionStatus { evolution, is_over, is_virtual, process, .. } = status;
-    let kind = if *is_virtual { "on a model of virtual plants" } else { "on a model of plants" };
-    let mut text = format!("{}, {kind}\n", headline(evolution, *is_over, *process));
-    text += &progress(status);
-    for (index, run) in status.runs.iter().enumerate() {
-        let best =
-            run.best_fitness.map_or_else(|| "-".to_owned(), |best| format!("{best:.2} {}", status.unit));
-        text +=
-            &format!("run {index:<8} generation {} of {}, best {best}\n", run.generation, status.generations);
+pub(super) fn text(status: &WorkStatus) -> String {
+    let WorkStatus { work, folder, is_over, is_virtual, process, parts, saved_ago_s } = status;
+    let virtual_plants = if *is_virtual == Some(true) { ", virtual plants or a model of them" } else { "" };
+    let mut text = format!("{}{virtual_plants}\n", headline(folder, status));
+    let (done, total, unit) = status.progress();
+    if parts.len() > 1 {
+        let best = best_of(status.best(), parts.first().and_then(|part| part.best_unit));
+        let percent = 100.0 * done as f64 / total as f64;
+        text += &format!("{unit:<14} {done} of {total} ({percent:.0} %){best}\n");
     }
-    if let Some(age) = status.saved_ago_s.filter(|_| !is_over) {
-        text += &format!("saved        {} ago\n", units::time(age));
-    }
-    if !is_over && process.is_none() {
-        text += &format!("next: tropism evolve --out {} --resume", shell_word(evolution));
-    }
-    text.trim_end().to_owned()
-}
-
-/// One line: how far all runs are, and the best of them.
-fn progress(status: &EvolutionStatus) -> String {
-    let total = u64::from(status.generations) * status.runs.len() as u64;
-    let best = status.runs.iter().filter_map(|run| run.best_fitness).reduce(f64::max);
-    let best = best.map_or_else(String::new, |best| format!(", best {best:.2} {}", status.unit));
-    let percent = 100.0 * status.generations_done() as f64 / total.max(1) as f64;
-    let runs = plural(status.runs.len(), "run");
-    format!("generations  {} of {total} ({percent:.0} %) in {runs}{best}\n", status.generations_done())
-}
-
-pub(super) fn study_text(status: &StudyStatus) -> String {
-    let StudyStatus { study, is_over, process, stages, evolution } = status;
-    let mut text = format!("{}, virtual plants\n", headline(study, *is_over, *process));
-    for (number, StageStatus { name, done, total, unit, seconds }) in (1..).zip(stages) {
+    let width = parts.iter().map(|part| part.name.chars().count()).max().unwrap_or(0);
+    for PartStatus { name, done, total, unit, best, best_unit, seconds } in parts {
+        let best = best_of(*best, *best_unit);
         let spent = seconds.map_or_else(String::new, |seconds| format!(", {}", units::time(seconds)));
-        text += &format!("{number}/{} {name:<22} {done} of {total} {unit}{spent}\n", stages.len());
-    }
-    if let Some(evolution) = evolution.as_ref().filter(|evolution| !evolution.is_over) {
-        text += &progress(evolution);
+        text += &format!("  {name:<width$}  {done} of {total} {unit}{best}{spent}\n");
     }
     if *is_over {
-        text += &format!("report: {}", study.join("report.html").display());
-    } else if process.is_none() {
-        text += &format!("next: tropism study --out {} --resume", shell_word(study));
+        text += result(work, folder).map(|file| format!("results: {file}")).as_deref().unwrap_or("");
+        return text.trim_end().to_owned();
+    }
+    if let Some(age) = saved_ago_s {
+        text += &format!("saved {} ago\n", units::time(*age));
+    }
+    if process.is_none() {
+        let command = if *work == "replicates" { "study" } else { work };
+        let free = if *work == "tune" { ", if no program works on it" } else { "" };
+        text += &format!("next{free}: tropism {command} --out {} --resume", shell_word(folder));
     }
     text.trim_end().to_owned()
 }
 
-pub(super) fn sweep_text(status: &SweepStatus) -> String {
-    let SweepStatus { sweep, is_over, process, settings, seeds, done, total, begun, .. } = status;
-    let mut text = format!("{}\n", headline(sweep, *is_over, *process));
-    text += &format!(
-        "units        {done} of {total} ({} with {})\n",
-        plural(*settings, "setting"),
-        plural(*seeds, "seed")
-    );
-    if let Some((generations, all)) = status.generations_done.zip(status.generations) {
-        let percent = 100.0 * generations as f64 / all.max(1) as f64;
-        text += &format!("generations  {generations} of {all} ({percent:.0} %)\n");
-    }
-    if !begun.is_empty() {
-        text += &format!("begun        {}\n", begun.join(", "));
-    }
-    if *is_over {
-        text += &format!("table: {}", sweep.join("sweep.csv").display());
-    } else if process.is_none() {
-        text += &format!("next: tropism sweep --out {} --resume", shell_word(sweep));
-    }
-    text.trim_end().to_owned()
+fn best_of(best: Option<f64>, unit: Option<&str>) -> String {
+    best.map_or_else(String::new, |best| format!(", best {best:.2} {}", unit.unwrap_or("cm")))
 }
 
-pub(super) fn transfer_text(status: &TransferStatus) -> String {
-    let TransferStatus { transfer, is_over, process, plants, controllers, optima } = status;
-    let mut text = format!("{}, virtual plants\n", headline(transfer, *is_over, *process));
-    text += &steered(status);
-    for SteeredPlants { name, plants: done } in controllers {
-        text += &format!("{name:<12} {done} of {}\n", plural(*plants, "plant"));
-    }
-    if let Some(done) = optima {
-        text += &format!("schedules    {done} of {}\n", plural(*plants, "plant"));
-    }
-    if *is_over {
-        text += &format!("report: {}", transfer.join("report.html").display());
-    } else if process.is_none() {
-        text += &format!("next: tropism transfer --out {} --resume", shell_word(transfer));
-    }
-    text.trim_end().to_owned()
+/// What somebody opens when the work is over.
+fn result(work: &str, folder: &Path) -> Option<String> {
+    let file = match work {
+        "study" | "transfer" => "report.html",
+        "sweep" => "sweep.csv",
+        "evolve" | "baseline" => "champion.json",
+        "replicates" => "replicates.json",
+        "forecast" => "forecast.json",
+        "calibrate" => "bean.toml",
+        _ => return None,
+    };
+    Some(folder.join(file).display().to_string())
 }
 
-/// One line: how far all controllers are.
-fn steered(status: &TransferStatus) -> String {
-    let percent = 100.0 * status.done() as f64 / status.total().max(1) as f64;
-    format!("steered      {} of {} ({percent:.0} %)\n", status.done(), plural(status.total(), "plant"))
-}
-
-pub(super) fn replicates_text(status: &ReplicatesStatus) -> String {
-    let ReplicatesStatus { replicates, is_over, process, scenarios } = status;
-    let mut text = format!("{}, virtual plants\n", headline(replicates, *is_over, *process));
-    for ScenarioStatus { scenario, controllers_of, has_reference, controllers_done, controllers, judged } in
-        scenarios
-    {
-        let reference = match has_reference {
-            None => "",
-            Some(true) => "reference found, ",
-            Some(false) => "reference not found yet, ",
-        };
-        let judged = judged.as_ref().map_or_else(String::new, |judged| {
-            format!(", judged on {} of {}", judged.done(), plural(judged.total(), "plant"))
-        });
-        let made = match controllers_of {
-            Some(other) => format!("controllers of {other}"),
-            None => format!("{controllers_done} of {} made", plural(*controllers, "controller")),
-        };
-        text += &format!("{scenario:<16} {reference}{made}{judged}\n");
-    }
-    if *is_over {
-        text += &format!("results: {}", replicates.join("replicates.json").display());
-    } else if process.is_none() {
-        text += &format!("next: tropism study --out {} --resume", shell_word(replicates));
-    }
-    text.trim_end().to_owned()
-}
-
-pub(super) fn tune_text(status: &TuneStatus) -> String {
-    let TuneStatus { rule, generation, generations, unit, best_fitness, saved_ago_s, .. } = status;
-    let name = rule.display();
-    let Some((done, all)) = generation.zip(*generations) else { return format!("{name}: over") };
-    let best = best_fitness.map_or_else(String::new, |best| format!(", best {best:.2} {unit} in the latest"));
-    let ago = saved_ago_s.map_or_else(String::new, |ago| format!("saved        {} ago\n", units::time(ago)));
-    format!(
-        "{name}: not finished\ngenerations  {done} of {all}{best}\n{ago}next, if no program works on it: tropism tune --out {} \
-         --resume",
-        shell_word(rule)
-    )
-}
-
-fn headline(folder: &Path, is_over: bool, process: Option<u32>) -> String {
+fn headline(folder: &Path, status: &WorkStatus) -> String {
     let folder = folder.display();
-    match process {
+    match status.process {
         Some(process) => format!("{folder}: goes on (process {process})"),
-        None if is_over => format!("{folder}: over"),
+        None if status.is_over => format!("{folder}: over"),
+        None if status.work == "tune" => format!("{folder}: not finished"),
         None => format!("{folder}: not finished, and no program works on it"),
     }
 }
