@@ -203,7 +203,7 @@ def execute_on_ray(
 ) -> _R:
     """Executes the units of a long work on Ray, and then collects the results from their folder.
 
-    `units` of the results tells what each unit cost and where it worked.
+    `units` of the results has what each unit cost and where it worked.
     """
     costs = execute_units(
         plan, address=address, workers=workers, threads=threads, retries=retries, storage_options=storage_options
