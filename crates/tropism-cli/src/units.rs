@@ -26,11 +26,13 @@ impl FromStr for Engine {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match (text, text.strip_prefix("ray://")) {
+        match (text, text.strip_prefix("ray:")) {
             ("local", _) => Ok(Self::Local),
             ("ray", _) => Ok(Self::Ray(None)),
+            // The address of a Ray Client is whole.
+            (_, Some(address)) if address.starts_with("//") => Ok(Self::Ray(Some(text.to_owned()))),
             (_, Some(address)) => Ok(Self::Ray(Some(address.to_owned()))),
-            _ => Err("wanted local, ray, or ray://HOST:PORT".to_owned()),
+            _ => Err("wanted local, ray, or ray:HOST:PORT".to_owned()),
         }
     }
 }
@@ -47,7 +49,7 @@ pub(crate) struct UnitsOption {
     #[arg(long, conflicts_with = "unit")]
     pub(crate) list: bool,
 
-    /// What executes the units: local, or ray[://HOST:PORT], a cluster that shares DIR
+    /// What executes the units: local, or ray[:HOST:PORT], a cluster that shares DIR
     #[arg(long, value_name = "ENGINE", default_value = "local", conflicts_with_all = ["unit", "list"])]
     pub(crate) engine: Engine,
 }
@@ -80,10 +82,12 @@ impl UnitsOption {
         }
         let mut work = work.clone();
         if self.engine != Engine::Local {
+            // Says before any work what is missing.
+            units_of(&work).map_err(for_user)?;
             let absolute = work.clone().with_absolute_paths().map_err(for_user)?;
             self.order(Some(&absolute), absolute.out()).execute_units()?;
             // All units are done: what is left is the collection of the results.
-            work = W::of_folder(work.out()).map_err(for_user)?;
+            work = work.to_resume();
         }
         execute_with(&work, &monitor).map(Some)
     }
@@ -107,14 +111,10 @@ fn listed(units: &[ListedUnit]) -> String {
     units.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
-fn one_done(UnitResults { folder, number, unit, about, done, total }: &UnitResults) -> String {
-    let next = if done == total {
-        format!(
-            "next: the same command with --out {} --resume, which collects the results",
-            shell_word(folder)
-        )
-    } else {
-        "next: the other units; then the same command with --resume, which collects the results".to_owned()
-    };
-    format!("unit {number}, {unit}: {about}\n{done} of {total} units are done\n{next}")
+fn one_done(UnitResults { folder, number, total, unit, about }: &UnitResults) -> String {
+    format!(
+        "unit {number} of {total}, {unit}: {about}\nnext: the other units; then the same command without --unit, with --out {} \
+         --resume, which collects the results",
+        shell_word(folder)
+    )
 }

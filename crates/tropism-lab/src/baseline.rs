@@ -107,6 +107,10 @@ impl Work for BaselinePlan {
         self.resume
     }
 
+    fn to_resume(self) -> Self {
+        Self { resume: true, ..self }
+    }
+
     fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
         self.out.iter_mut().chain([&mut self.model]).collect()
     }
@@ -131,7 +135,10 @@ impl Work for BaselinePlan {
 
     fn collect(&self, trying: &Trying<'_>, _monitor: &dyn Monitor) -> Result<BaselineResults, Error> {
         let (sensors, model) = (Sensors::default(), &trying.model);
-        let scores = (0..trying.units()).map(|unit| read_scores(&trying.path(unit)));
+        let scores = (0..trying.units()).map(|unit| {
+            let Range { start, end } = trying.controllers(unit);
+            read_scores(&trying.path(unit), end - start)
+        });
         let scores = scores.collect::<Result<Vec<_>, _>>()?.concat();
         let Baseline { count, best, median, champion } =
             Baseline::of(&scores, model, &sensors, &self.neat, self.seed);
@@ -217,7 +224,7 @@ impl Units for Trying<'_> {
             Unit { size: end - start, ..Unit::new(format!("{:04}", unit + 1), about) }
         };
         let units = (0..self.units()).map(unit).collect();
-        vec![Stage { name: "random controllers".to_owned(), pace: Pace::OneAfterAnother, units }]
+        vec![Stage { name: "random controllers".to_owned(), pace: Pace::Sequential, units }]
     }
 
     fn is_done(&self, place: Place) -> Result<bool, Error> {
@@ -241,12 +248,12 @@ impl Units for Trying<'_> {
     }
 }
 
-/// The fitness values in a file: eight bytes each, the least significant first.
-fn read_scores(path: &Path) -> Result<Vec<f64>, Error> {
+/// The `count` fitness values in a file: eight bytes each, the least significant first.
+fn read_scores(path: &Path, count: u64) -> Result<Vec<f64>, Error> {
     let bytes = files::read(path)?;
     let (values, rest) = bytes.as_chunks::<8>();
-    if !rest.is_empty() {
-        let found = format!("found {} bytes, wanted eight for each controller: remove the file", bytes.len());
+    if values.len() as u64 != count || !rest.is_empty() {
+        let found = format!("found {} bytes, wanted {}: remove the file", bytes.len(), 8 * count);
         return Err(FileError::content(path, found).into());
     }
     Ok(values.iter().map(|value| f64::from_le_bytes(*value)).collect())

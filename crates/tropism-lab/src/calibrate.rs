@@ -150,6 +150,10 @@ impl Work for CalibratePlan {
         self.resume
     }
 
+    fn to_resume(self) -> Self {
+        Self { resume: true, ..self }
+    }
+
     fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
         self.out.iter_mut().chain(&mut self.tracks).collect()
     }
@@ -170,7 +174,7 @@ impl Work for CalibratePlan {
     }
 
     fn begin(&self, _monitor: &dyn Monitor) -> Result<Calibrating<'_>, Error> {
-        Ok(Calibrating { plan: self, tracks: Input::all(files::track_files(&self.tracks)?)? })
+        Ok(Calibrating { plan: self, tracks: files::track_files(&self.tracks)? })
     }
 
     fn collect(
@@ -207,7 +211,7 @@ impl CalibratePlan {
 /// A calibration at work.
 pub struct Calibrating<'p> {
     plan: &'p CalibratePlan,
-    tracks: Vec<Input>,
+    tracks: Vec<PathBuf>,
 }
 
 impl Calibrating<'_> {
@@ -223,18 +227,18 @@ impl Units for Calibrating<'_> {
             schema: CalibratePlan::SCHEMA.to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             interval_min: self.plan.interval_min,
-            tracks: self.tracks.clone(),
+            tracks: Input::all(self.tracks.clone())?,
             species: self.plan.species.clone(),
         };
         Record::of(self.plan, &content)
     }
 
     fn stages(&self) -> Vec<Stage> {
-        let unit = |(number, track): (usize, &Input)| {
-            Unit::new(format!("{number:04}"), track.file.display().to_string())
+        let unit = |(number, track): (usize, &PathBuf)| {
+            Unit::new(format!("{number:04}"), track.display().to_string())
         };
         let units = (1..).zip(&self.tracks).map(unit).collect();
-        vec![Stage { name: "calibrate".to_owned(), pace: Pace::OneThreadEach, units }]
+        vec![Stage { name: "calibrate".to_owned(), pace: Pace::Parallel, units }]
     }
 
     fn is_done(&self, place: Place) -> Result<bool, Error> {
@@ -243,7 +247,7 @@ impl Units for Calibrating<'_> {
 
     fn execute(&self, place: Place, monitor: &dyn Monitor) -> Result<(), Error> {
         let (CalibratePlan { interval_min, species, .. }, out) = (self.plan, self.plan.out());
-        let Input { file, .. } = &self.tracks[place.unit];
+        let file = &self.tracks[place.unit];
         let track = files::read_track(file)?;
         let calibration = calibrate(&track, *interval_min, species, &|| monitor.may_go_on())
             .map_err(Error::at(file.display()))?

@@ -52,20 +52,8 @@ impl Drop for FolderLock {
 /// # Errors
 /// [`LockError::InUse`] if another program holds the lock.
 pub fn lock(path: &Path) -> Result<FolderLock, LockError> {
-    let name = path.join("run.lock");
+    let (name, mut file) = open(path)?;
     let disk = |source| FileError::Disk { action: "lock", path: name.clone(), source };
-    let mut options = File::options();
-    // Not truncated: until the lock is ours it holds the number of the program that has it.
-    options.read(true).write(true).create(true).truncate(false);
-    // A link that was planted would lead to a foreign file.
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::custom_flags(
-        &mut options,
-        rustix::fs::OFlags::NOFOLLOW.bits().cast_signed(),
-    );
-    let mut file = options.open(&name).map_err(disk)?;
-    // Who can read a lock can hold it and keep its owner out.
-    files::make_private(&name)?;
     for _ in 0..TRIES {
         match file.try_lock() {
             Ok(()) => {
@@ -80,6 +68,50 @@ pub fn lock(path: &Path) -> Result<FolderLock, LockError> {
         }
     }
     Err(LockError::InUse { path: path.to_owned(), process: read_process(&name) })
+}
+
+/// Keeps programs out of the folder at `path` that want it alone, and lets others share it.
+///
+/// # Errors
+/// [`LockError::InUse`] if another program holds it alone.
+pub(crate) fn lock_shared(path: &Path) -> Result<FolderLock, LockError> {
+    let (name, file) = open(path)?;
+    for _ in 0..TRIES {
+        match file.try_lock_shared() {
+            Ok(()) => return Ok(FolderLock(file)),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(PAUSE),
+            Err(TryLockError::Error(source)) => {
+                return Err(FileError::Disk { action: "lock", path: name, source }.into());
+            }
+        }
+    }
+    Err(LockError::InUse { path: path.to_owned(), process: read_process(&name) })
+}
+
+/// Whether programs share the folder at `path`.
+pub(crate) fn is_shared(path: &Path) -> bool {
+    let Ok(file) = File::open(path.join("run.lock")) else { return false };
+    let is_alone = matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)) || file.unlock().is_err();
+    !is_alone && matches!(file.try_lock(), Err(TryLockError::WouldBlock))
+}
+
+/// Opens the lock file of a folder, and makes it if it is not there.
+fn open(path: &Path) -> Result<(PathBuf, File), FileError> {
+    let name = path.join("run.lock");
+    let disk = |source| FileError::Disk { action: "lock", path: name.clone(), source };
+    let mut options = File::options();
+    // Not truncated: until the lock is ours it holds the number of the program that has it.
+    options.read(true).write(true).create(true).truncate(false);
+    // A link that was planted would lead to a foreign file.
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(
+        &mut options,
+        rustix::fs::OFlags::NOFOLLOW.bits().cast_signed(),
+    );
+    let file = options.open(&name).map_err(disk)?;
+    // Who can read a lock can hold it and keep its owner out.
+    files::make_private(&name)?;
+    Ok((name, file))
 }
 
 /// When a process began, in ticks since the boot: field 22 of `/proc/PID/stat` (`man 5 proc_pid_stat`). `None` if there is no
@@ -150,6 +182,19 @@ mod tests {
         drop(held);
         assert_eq!(holder(folder.path()).unwrap(), None);
         drop(lock(folder.path()).unwrap());
+    }
+
+    #[test]
+    fn a_shared_folder_is_nobodys_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(!is_shared(folder.path()));
+        let shares = [lock_shared(folder.path()).unwrap(), lock_shared(folder.path()).unwrap()];
+        assert!(is_shared(folder.path()) && lock(folder.path()).is_err());
+        drop(shares);
+        let alone = lock(folder.path()).unwrap();
+        assert!(!is_shared(folder.path()) && lock_shared(folder.path()).is_err());
+        drop(alone);
+        assert!(!is_shared(folder.path()));
     }
 
     #[test]

@@ -324,7 +324,6 @@ def sweep(folder: Path) -> None:
         digests[workers] = [path.read_bytes() for path in sorted(out.glob("units/*/unit.json"))]
         say(f"sweep of 24 units on Ray, workers: {workers}", walls[workers], "s")
         say("  processor time of the units", sum(unit["cpu_seconds"] for unit in results.units), "s")
-        say("  results through Ray", sum(unit["bytes"] for unit in results.units) / 24, "bytes a unit")
         ray.shutdown()
     files = [path.stat().st_size for path in (folder / "sweep-1" / "units").rglob("*") if path.is_file()]
     say("  files in the shared folder", sum(files) / 24 / 1024, "KiB a unit")

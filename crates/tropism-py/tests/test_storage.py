@@ -163,6 +163,12 @@ def test_a_killed_worker_changes_no_bit_at_an_address(address: str, model: Path,
     assert fitness(found) == fitness(wanted)
     folder = {path.parent.name: path.read_bytes() for path in (tmp_path / "folder").glob("units/*/unit.json")}
     assert units_at(address) == folder
+    # From what is at the address alone, some units of which are lost.
+    files, root = fsspec.core.url_to_fs(address)
+    files.rm(f"{root}/units/setting-1-seed-1", recursive=True)
+    again = ordered({"workflow": "sweep", "plan": None, "out": address, "engine": "ray", "address": None, "threads": 2})
+    assert again.returncode == 0, again.stderr
+    assert fitness(json.loads(again.stdout)) == fitness(wanted) and units_at(address) == folder
 
 
 def ordered(order: dict[str, Any]) -> subprocess.CompletedProcess[str]:

@@ -334,6 +334,8 @@ def test_a_sweep_is_resumed_from_its_folder(model: Path, tmp_path: Path) -> None
     plan = tropism.PLANS["sweep"](config={**settings, "grid": grid})
     assert [unit["unit"] for unit in tropism.units(plan)] == ["setting-1-seed-3", "setting-2-seed-3"]
     again = tropism.resume(tmp_path / "sweep", "sweep", monitor=False)
+    with pytest.raises(tropism.PlanError, match="wanted a long work"):
+        tropism.resume(tmp_path / "sweep", "nonsense")
     assert again == results
     with pytest.raises(tropism.PlanError, match="a sweep is here already"):
         tropism.sweep(settings, grid, out=tmp_path / "sweep", monitor=False)

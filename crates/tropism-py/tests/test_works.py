@@ -58,6 +58,8 @@ def test_every_long_work_is_executed_on_ray(
     together = tropism.on_ray(transfer(Path("ray")))
     assert together.controllers == alone.controllers and files(tmp_path / "ray") == files(tmp_path / "whole")
     assert len(together["units"]) == 4
+    with pytest.raises(tropism.PlanError, match="`out` is missing"):
+        tropism.on_ray(tropism.plans.BaselinePlan(model=model, monitor=False))
     with pytest.raises(tropism.PlanError, match="has begun already"):
         tropism.on_ray(transfer(Path("ray")))
     evolve = EvolvePlan(model=model, evolution=SMALL, trial_plants=5, out="evolved", monitor=False)

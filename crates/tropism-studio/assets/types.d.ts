@@ -1002,6 +1002,8 @@ export interface WorkStatus {
   folder: string;
   /** Whether its results are written. */
   is_over: boolean;
+  /** Whether programs work on units of it. */
+  is_shared: boolean;
   /** Whether its plants are virtual, or it works on a model of such; `null` where that is not known. */
   is_virtual: boolean | null;
   /** How far each of its parts is, in order: stages, runs, settings, controllers, scenarios. */

@@ -14,8 +14,8 @@ use crate::units::UnitsOption;
 
 /// Evaluate random controllers: the paper's baseline (section 3.1)
 ///
-/// Each is a network like those of NEAT's initial population. The paper evaluated two million. Ctrl-C saves each whole
-/// million; --resume continues with the same results as without an interruption.
+/// Each is a network like those of NEAT's initial population. The paper evaluated two million. With --out,
+/// Ctrl-C saves each whole million; --resume continues with the same results as without an interruption.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  tropism baseline --model model.json --count 200000 --out random\n  tropism baseline --out random --resume"
@@ -26,7 +26,7 @@ pub(crate) struct Baseline {
     model: Option<PathBuf>,
 
     /// Number of controllers
-    #[arg(long, default_value_t = 2_000_000, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    #[arg(long, default_value_t = 2_000_000, value_name = "N", requires = "model", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     count: u64,
 
     /// Folder for the fitness of all, and for the best of them, champion.json; none by default

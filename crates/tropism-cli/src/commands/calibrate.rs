@@ -24,7 +24,7 @@ use crate::units::UnitsOption;
 /// (nu), motile zone (La), memory of light (tau_p) and period of circumnutation (Tcn); of several plants also their
 /// spread. `prior` is the share of an estimate that is the species' own: near 100 % the track says nothing about the
 /// parameter. The tracks must show both lamps in turn. Half a day gives wide intervals, three days those in
-/// docs/validation/calibration.md. Ctrl-C saves each plant that is done; --resume goes on.
+/// docs/validation/calibration.md. With --out, Ctrl-C saves each plant that is done, and --resume goes on.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism calibrate tent/1/track.csv tent/2/track.csv --out mine\n  \
@@ -36,7 +36,7 @@ pub(crate) struct Calibrate {
     tracks: Vec<PathBuf>,
 
     /// Minutes between the rows of the tracks
-    #[arg(long, default_value_t = PAPER_PERIOD_MIN, value_name = "MIN")]
+    #[arg(long, default_value_t = PAPER_PERIOD_MIN, value_name = "MIN", requires = "tracks")]
     interval: f64,
 
     /// Folder for the estimates, and for a bean file, bean.toml: the species with these estimates and their spread; none by default
@@ -49,7 +49,7 @@ pub(crate) struct Calibrate {
 
     /// Estimate known parameters of N virtual plants instead: bias, error, and share of intervals that contain the
     /// truth
-    #[arg(long, value_name = "N", conflicts_with_all = ["tracks", "resume", "interval", "unit", "list"], value_parser = clap::value_parser!(u32).range(2..=10_000))]
+    #[arg(long, value_name = "N", conflicts_with_all = ["tracks", "resume", "interval", "unit", "list", "engine"], value_parser = clap::value_parser!(u32).range(2..=10_000))]
     recover: Option<u32>,
 
     #[command(flatten)]

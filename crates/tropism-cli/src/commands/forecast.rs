@@ -31,23 +31,29 @@ pub(crate) struct Forecast {
     models: Vec<PathBuf>,
 
     /// Tracks of plants that were left out, and folders of runs or of tracks; virtual beans by default
-    #[arg(long, num_args = 1.., value_name = "TRACK.csv|DIR", conflicts_with_all = ["plants", "variation", "bean"])]
+    #[arg(long, num_args = 1.., value_name = "TRACK.csv|DIR", requires = "models", conflicts_with_all = ["plants", "variation", "bean"])]
     tracks: Vec<PathBuf>,
 
     /// Number of virtual beans, the same ones under both kinds of light
-    #[arg(long, default_value_t = 12, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, default_value_t = 12, value_name = "N", requires = "models", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     plants: u32,
 
     /// Times of the forecasts after each start, in minutes
-    #[arg(long, value_delimiter = ',', value_name = "MIN,...", default_value = "5,60,360")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "MIN,...",
+        default_value = "5,60,360",
+        requires = "models"
+    )]
     horizons: Vec<f64>,
 
     /// Time from one start to the next, in minutes
-    #[arg(long, value_name = "MIN", default_value_t = 60.0)]
+    #[arg(long, value_name = "MIN", default_value_t = 60.0, requires = "models")]
     interval: f64,
 
     /// Individual variation of the virtual beans: 0 for the average, 1 as between real plants, up to 2
-    #[arg(long, default_value_t = 1.0, value_name = "X")]
+    #[arg(long, default_value_t = 1.0, value_name = "X", requires = "models")]
     variation: f64,
 
     /// Folder for the scores of each model, forecast.json and the figure; none by default

@@ -189,6 +189,10 @@ impl Work for EvolvePlan {
         self.resume
     }
 
+    fn to_resume(self) -> Self {
+        Self { resume: true, ..self }
+    }
+
     fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
         vec![&mut self.out, &mut self.model]
     }
@@ -207,9 +211,8 @@ impl Work for EvolvePlan {
     fn status(folder: &Path) -> Result<WorkStatus, Error> {
         let record = EvolutionRecord::read(folder)?;
         // A summary is small, and checkpoints are not.
-        let summary = folder.join("summary.json");
-        let results: Option<EvolveResults> =
-            files::read_as(&summary, |text| serde_json::from_str(text)).ok().filter(|_| summary.exists());
+        let summary = files::read_as(&folder.join("summary.json"), |text| serde_json::from_str(text));
+        let results: Option<EvolveResults> = summary.ok();
         let part = |index: u32| {
             let (done, best) = match &results {
                 Some(results) => {

@@ -13,7 +13,7 @@ use crate::files::FileError;
 use crate::model::Model;
 use crate::reach::note_out_of_reach;
 use crate::stopwatch::{Stopwatch, timed};
-use crate::work::{News, Pace, Place, Record, Stage, Unit, Units};
+use crate::work::{Milestone, Pace, Place, Record, Stage, Unit, Units};
 use crate::{Checkpoint, Error, Monitor, files};
 
 /// An evolution at work.
@@ -110,7 +110,7 @@ impl Units for Evolving<'_> {
         let size = u64::from(self.plan.evolution.generations);
         let unit = |index| Unit { size, ..Unit::new(format!("run-{index:02}"), format!("run {index}")) };
         let units = (0..self.plan.evolution.runs).map(unit).collect();
-        vec![Stage { name: "evolve".to_owned(), pace: Pace::OneThreadEach, units }]
+        vec![Stage { name: "evolve".to_owned(), pace: Pace::Parallel, units }]
     }
 
     fn is_done(&self, place: Place) -> Result<bool, Error> {
@@ -118,7 +118,13 @@ impl Units for Evolving<'_> {
         let index = place.unit as u32;
         let parse = |text: &str| EvolutionRun::from_json(text, evolution, *seed, index);
         let saved = files::read_as(&checkpoint_path(out, index), parse);
-        Ok(saved.is_ok_and(|run| run.history.len() as u32 == evolution.generations))
+        let done = saved.ok().filter(|run| run.history.len() as u32 == evolution.generations);
+        if let (Some(last), Ok(mut status)) =
+            (done.as_ref().and_then(|run| run.history.last()), self.status.lock())
+        {
+            status.resume(index, last);
+        }
+        Ok(done.is_some())
     }
 
     fn execute(&self, place: Place, monitor: &dyn Monitor) -> Result<(), Error> {
@@ -127,8 +133,8 @@ impl Units for Evolving<'_> {
         evolved
     }
 
-    fn hear(&self, news: &News, monitor: &dyn Monitor) -> Result<(), Error> {
-        if *news == News::Begun {
+    fn reached(&self, milestone: &Milestone, monitor: &dyn Monitor) -> Result<(), Error> {
+        if *milestone == Milestone::Begun {
             note_out_of_reach(&self.plan.task, &Species::default(), monitor);
         }
         Ok(())

@@ -193,6 +193,10 @@ impl Work for ForecastPlan {
         self.resume
     }
 
+    fn to_resume(self) -> Self {
+        Self { resume: true, ..self }
+    }
+
     fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
         self.out.iter_mut().chain(&mut self.models).chain(&mut self.tracks).collect()
     }
@@ -350,7 +354,7 @@ impl Units for Forecasting<'_> {
             Unit { size: under.judged().len() as u64, ..Unit::new(name, about) }
         };
         let units = (0..self.lights.len() * self.models.len()).map(unit).collect();
-        vec![Stage { name: "forecast".to_owned(), pace: Pace::OneAfterAnother, units }]
+        vec![Stage { name: "forecast".to_owned(), pace: Pace::Sequential, units }]
     }
 
     fn is_done(&self, place: Place) -> Result<bool, Error> {

@@ -36,7 +36,7 @@ use crate::sequences;
 use crate::task::check_goal;
 use crate::transfer::{NamedController, TEST_PLANTS, TransferPlan, TransferResults, check_name};
 use crate::tune::TunePlan;
-use crate::work::{self, News, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
+use crate::work::{self, Milestone, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow};
 
 /// Name of the greedy rule among the controllers of a scenario.
@@ -396,6 +396,10 @@ impl Work for ReplicatesPlan {
         self.resume
     }
 
+    fn to_resume(self) -> Self {
+        Self { resume: true, ..self }
+    }
+
     fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
         [&mut self.out].into_iter().chain(self.config.files_mut()).collect()
     }
@@ -474,7 +478,9 @@ impl ReplicatesPlan {
                 total += 1;
                 done += u64::from(files.iter().all(|file| file.exists()));
             }
-            parts.push(PartStatus::new(name("controllers"), done, total, "controllers"));
+            if total > 0 {
+                parts.push(PartStatus::new(name("controllers"), done, total, "controllers"));
+            }
         }
         let judged = self.scenario_folder(scenario).join("judged");
         let has_begun = judged.join(TransferPlan::RECORD).exists();
@@ -589,11 +595,12 @@ impl Comparing<'_> {
 
 impl Units for Comparing<'_> {
     fn record(&self) -> Result<Record, Error> {
+        let absolute = self.plan.clone().with_absolute_paths()?;
         let content = ReplicatesRecord {
             schema: ReplicatesPlan::SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
             is_virtual: true,
-            config: &self.plan.config,
+            config: &absolute.config,
             species: self.scenarios.iter().map(|scenario| scenario.greenhouse.bean.clone()).collect(),
             tasks: self.scenarios.iter().map(|scenario| scenario.task.clone()).collect(),
         };
@@ -616,7 +623,7 @@ impl Units for Comparing<'_> {
         let tested = (0..self.scenarios.len()).map(|number| {
             Unit::new(format!("{}/judged", name(number)), format!("{}: test plants", name(number)))
         });
-        let stage = |name: &str, units: Vec<Unit>| Stage { name: name.to_owned(), pace: Pace::InTurn, units };
+        let stage = |name: &str, units: Vec<Unit>| Stage { name: name.to_owned(), pace: Pace::Nested, units };
         let stages = [stage("controllers", made.collect()), stage("test plants", tested.collect())];
         stages.into_iter().filter(|stage| !stage.units.is_empty()).collect()
     }
@@ -642,8 +649,8 @@ impl Units for Comparing<'_> {
         }
     }
 
-    fn hear(&self, news: &News, monitor: &dyn Monitor) -> Result<(), Error> {
-        if *news == News::Begun {
+    fn reached(&self, milestone: &Milestone, monitor: &dyn Monitor) -> Result<(), Error> {
+        if *milestone == Milestone::Begun {
             monitor.note("virtual plants: nothing here is a measurement of a living plant");
             if self.plan.config.methods.is_empty() {
                 monitor.note(

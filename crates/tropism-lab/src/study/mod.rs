@@ -35,7 +35,7 @@ use crate::run::{RunConfig, RunPlan};
 use crate::sequences;
 use crate::transfer::{NamedController, TransferPlan};
 use crate::tune::TunePlan;
-use crate::work::{self, News, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
+use crate::work::{self, Milestone, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow};
 
 /// Repeats the paper on virtual plants.
@@ -75,10 +75,6 @@ const STAGES: [&str; 8] = [
     "many plants",
     "report",
 ];
-
-/// What is counted of each stage, in the plural.
-const UNITS: [&str; STAGES.len()] =
-    ["experiments", "models", "generations", "baselines", "rules", "experiments", "comparisons", "reports"];
 
 const OPEN_LOOP: usize = 0;
 const MODEL: usize = 1;
@@ -124,6 +120,10 @@ impl Work for StudyPlan {
         self.resume
     }
 
+    fn to_resume(self) -> Self {
+        Self { resume: true, ..self }
+    }
+
     fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
         vec![&mut self.out]
     }
@@ -158,7 +158,11 @@ impl Work for StudyPlan {
                     let total = u64::from(evolution.runs) * u64::from(evolution.generations);
                     PartStatus::new(name, 0, total, "generations")
                 }
-                _ => PartStatus::new(name, done, total, UNITS[stage]),
+                MODEL => PartStatus::new(name, done, total, "models"),
+                RANDOM => PartStatus::new(name, done, total, "baselines"),
+                RULE => PartStatus::new(name, done, total, "rules"),
+                TEST => PartStatus::new(name, done, total, "comparisons"),
+                _ => PartStatus::new(name, done, total, "reports"),
             };
             Ok::<_, Error>(PartStatus { seconds: seconds.get(name).copied(), ..part })
         };
@@ -211,10 +215,10 @@ impl Units for AtWork<'_> {
                 OPEN_LOOP | REALITY => Stage {
                     name: if number == OPEN_LOOP { "photographing beans" } else { "steering unseen beans" }
                         .to_owned(),
-                    pace: Pace::OneThreadEach,
+                    pace: Pace::Parallel,
                     units: experiments(&self.experiments(number)),
                 },
-                _ => Stage { pace: Pace::InTurn, units: vec![Unit::new(name.clone(), name.clone())], name },
+                _ => Stage { pace: Pace::Nested, units: vec![Unit::new(name.clone(), name.clone())], name },
             }
         };
         STAGES.into_iter().enumerate().map(stage).collect()
@@ -229,10 +233,7 @@ impl Units for AtWork<'_> {
             TEST => "many-plants/transfer.json",
             REPORT => "numbers.json",
             _ => {
-                let Experiment { folder, .. } = &self.experiments(stage)[unit];
-                // The last that is removed of a run is its ground truth.
-                let is_small = self.plan.keep_photographs || !folder.join("truth.jsonl").exists();
-                return Ok(is_small && folder.join("track.csv").exists());
+                return Ok(self.experiments(stage)[unit].folder.join("track.csv").exists());
             }
         };
         Ok(self.file(file).exists())
@@ -250,10 +251,14 @@ impl Units for AtWork<'_> {
         }
     }
 
-    fn hear(&self, news: &News, monitor: &dyn Monitor) -> Result<(), Error> {
-        match *news {
-            News::Begun => {
+    fn reached(&self, milestone: &Milestone, monitor: &dyn Monitor) -> Result<(), Error> {
+        let is_over = self.file("numbers.json").exists();
+        match *milestone {
+            Milestone::Begun => {
                 monitor.note("a study on virtual plants: nothing here is a measurement of a living plant");
+                if is_over {
+                    return Ok(());
+                }
                 growing::write(self.plan, 0)?;
                 let first = self.file("open-loop/1/photographs/000000.jpg");
                 let report = self.file("report.html");
@@ -261,12 +266,12 @@ impl Units for AtWork<'_> {
                 monitor.note(&format!("first photograph: {first}; the report grows: {report}"));
                 Ok(())
             }
-            News::Spent { stage, seconds, is_done } => {
+            Milestone::StageEnded { stage, seconds, is_done } => {
                 let mut spent = read_seconds(&self.plan.out);
                 *spent.entry(STAGES[stage].to_owned()).or_default() += seconds;
                 files::write_unterminated_json(&self.file("seconds.json"), &spent)?;
                 match stage {
-                    OPEN_LOOP | EVOLUTION if is_done => growing::write(self.plan, stage + 1),
+                    OPEN_LOOP | EVOLUTION if is_done && !is_over => growing::write(self.plan, stage + 1),
                     _ => Ok(()),
                 }
             }
@@ -300,17 +305,13 @@ impl AtWork<'_> {
         self.file("open-loop").join((number + 1).to_string())
     }
 
-    /// Runs an experiment in its run folder. One that is over is not run again: its photographs may be gone.
+    /// Runs an experiment in its run folder.
     fn run(&self, experiment: &Experiment, monitor: &dyn Monitor) -> Result<(), Error> {
         let Experiment { folder, controller, task, seed, has_figures } = experiment;
         let controller = self.controller(controller)?;
         let config = RunConfig::new(self.plan.config.rig(), controller, task.clone(), *seed);
-        if folder.join("track.csv").exists() && RunConfig::read(folder)? == config {
-            monitor.skip(u64::from(task.max_steps));
-        } else {
-            let plan = RunPlan { out: folder.clone(), resume: true, config, ..RunPlan::default() };
-            plan.execute(&Part(monitor))?;
-        }
+        let plan = RunPlan { out: folder.clone(), resume: true, config, ..RunPlan::default() };
+        plan.execute(&Part(monitor))?;
         if self.plan.keep_photographs { Ok(()) } else { make_small(folder, *has_figures) }
     }
 

@@ -23,7 +23,7 @@ pub(crate) use self::units::unit_folder;
 use self::units::units;
 use crate::comparison::SIGNIFICANT;
 use crate::evolve::EvolvePlan;
-use crate::work::{self, News, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
+use crate::work::{self, Milestone, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow, files, model};
 
 /// Executes all units of a sweep, and summarizes them.
@@ -109,6 +109,10 @@ impl Work for SweepPlan {
 
     fn is_resumed(&self) -> bool {
         self.resume
+    }
+
+    fn to_resume(self) -> Self {
+        Self { resume: true, ..self }
     }
 
     fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
@@ -222,7 +226,7 @@ impl Units for Sweep<'_> {
 
     /// Evolutions work side by side; studies of replicates, which use all threads, one after the other.
     fn stages(&self) -> Vec<Stage> {
-        let pace = if self.plan.config.is_of_replicates() { Pace::InTurn } else { Pace::SideBySide };
+        let pace = if self.plan.config.is_of_replicates() { Pace::Nested } else { Pace::SideBySide };
         let unit = |unit: &SweepUnit| Unit {
             name: unit.name.clone(),
             about: format!("{}; seed {}", self.settings[unit.place].name, unit.seed),
@@ -239,8 +243,8 @@ impl Units for Sweep<'_> {
         self.execute_unit(&self.units[place.unit], monitor)
     }
 
-    fn hear(&self, news: &News, monitor: &dyn Monitor) -> Result<(), Error> {
-        if let (News::Begun, Some(note)) = (news, self.too_few_seeds()) {
+    fn reached(&self, milestone: &Milestone, monitor: &dyn Monitor) -> Result<(), Error> {
+        if let (Milestone::Begun, Some(note)) = (milestone, self.too_few_seeds()) {
             monitor.note(&note);
         }
         Ok(())

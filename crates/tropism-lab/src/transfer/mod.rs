@@ -14,6 +14,7 @@ mod page;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 use tropism::environment::unwatched;
@@ -38,7 +39,7 @@ use crate::reach::note_out_of_reach;
 use crate::sequences;
 pub use crate::statistics::PairedDifference;
 use crate::task::check_goal;
-use crate::work::{self, News, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
+use crate::work::{self, Milestone, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Number of plants that a claim on a controller takes (`docs/how-to/compare-controllers.md`): the standard error of the mean is
@@ -204,6 +205,10 @@ impl Work for TransferPlan {
         self.resume
     }
 
+    fn to_resume(self) -> Self {
+        Self { resume: true, ..self }
+    }
+
     fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
         [&mut self.out].into_iter().chain(&mut self.model).collect()
     }
@@ -231,9 +236,11 @@ impl Work for TransferPlan {
         WorkStatus::of::<Self>(folder, steered.chain(searched).collect())
     }
 
-    fn begin(&self, monitor: &dyn Monitor) -> Result<Steering<'_>, Error> {
+    fn begin(&self, _monitor: &dyn Monitor) -> Result<Steering<'_>, Error> {
         let model = self.model.as_deref().map(model::read).transpose()?;
-        Ok(Steering { plan: self, model, seeds: self.seeds(), tasks: self.tasks(monitor)? })
+        let seeds = self.seeds();
+        let tasks = seeds.iter().map(|_| OnceLock::new()).collect();
+        Ok(Steering { plan: self, model, seeds, tasks })
     }
 
     fn collect(&self, steering: &Steering<'_>, monitor: &dyn Monitor) -> Result<TransferResults, Error> {
@@ -241,9 +248,10 @@ impl Work for TransferPlan {
         let results = scores.results(self);
         let table = scores.csv(self).map_err(Error::at("plants.csv"))?;
         files::write(&self.out.join("plants.csv"), &table)?;
-        files::write_json(&self.out.join("transfer.json"), &results)?;
         let page = self.page(&scores, &results)?;
         files::write(&self.out.join("report.html"), page.html().as_bytes())?;
+        // Last: with it the comparison is over.
+        files::write_json(&self.out.join("transfer.json"), &results)?;
         Ok(results)
     }
 }
@@ -284,19 +292,6 @@ impl TransferPlan {
         self.out.join("tracks").join(name).join(format!("plant-{:04}.csv", plant + 1))
     }
 
-    /// The task of each plant, in order.
-    pub(super) fn tasks(&self, monitor: &dyn Monitor) -> Result<Vec<Task>, Error> {
-        let plants = self.seeds().len();
-        let to_draw = self.task.to_draw().filter(|_| self.random_targets);
-        let Some(task) = to_draw else { return Ok(vec![self.task.clone(); plants]) };
-        parallel::try_map(plants, |index| {
-            if !monitor.may_go_on() {
-                return Err(self.interrupted());
-            }
-            sequences::sequence(&task, &self.trial(), self.seed, index as u64)
-        })
-    }
-
     fn interrupted(&self) -> Error {
         Error::Interrupted { folder: self.out.clone() }
     }
@@ -307,8 +302,8 @@ pub struct Steering<'p> {
     plan: &'p TransferPlan,
     model: Option<Model>,
     seeds: Vec<u64>,
-    /// The task of each plant.
-    tasks: Vec<Task>,
+    /// The task of each plant, once it is drawn.
+    tasks: Vec<OnceLock<Task>>,
 }
 
 impl Units for Steering<'_> {
@@ -343,7 +338,7 @@ impl Units for Steering<'_> {
         });
         let mut stages = vec![Stage {
             name: "steering unseen beans".to_owned(),
-            pace: Pace::OneThreadEach,
+            pace: Pace::Parallel,
             units: steered.collect(),
         }];
         if self.plan.optimum {
@@ -352,7 +347,7 @@ impl Units for Steering<'_> {
             });
             stages.push(Stage {
                 name: "searching schedules".to_owned(),
-                pace: Pace::OneThreadEach,
+                pace: Pace::Parallel,
                 units: searched.collect(),
             });
         }
@@ -368,7 +363,7 @@ impl Units for Steering<'_> {
         files::make_folder(path.parent().unwrap_or(&plan.out))?;
         let plants = self.seeds.len();
         let plant = place.unit % plants;
-        let (seed, task) = (self.seeds[plant], &self.tasks[plant]);
+        let (seed, task) = (self.seeds[plant], self.task(plant)?);
         if place.stage == 0 {
             let controller = &plan.controllers[place.unit / plants].controller;
             plan.steer(controller, seed, task, &path, monitor)?;
@@ -382,8 +377,8 @@ impl Units for Steering<'_> {
         Ok(())
     }
 
-    fn hear(&self, news: &News, monitor: &dyn Monitor) -> Result<(), Error> {
-        if *news == News::Begun {
+    fn reached(&self, milestone: &Milestone, monitor: &dyn Monitor) -> Result<(), Error> {
+        if *milestone == Milestone::Begun {
             monitor.note("virtual plants: nothing here is a measurement of a living plant");
             if !self.plan.random_targets {
                 note_out_of_reach(&self.plan.task, &self.plan.greenhouse.bean, monitor);
@@ -394,6 +389,19 @@ impl Units for Steering<'_> {
 }
 
 impl Steering<'_> {
+    /// The task of a plant, from 0: a random one is drawn where somebody asks first.
+    fn task(&self, plant: usize) -> Result<&Task, Error> {
+        let (plan, cell) = (self.plan, &self.tasks[plant]);
+        if let Some(task) = cell.get() {
+            return Ok(task);
+        }
+        let task = match plan.task.to_draw().filter(|_| plan.random_targets) {
+            Some(task) => sequences::sequence(&task, &plan.trial(), plan.seed, plant as u64)?,
+            None => plan.task.clone(),
+        };
+        Ok(cell.get_or_init(|| task))
+    }
+
     /// The track file of a unit.
     fn path(&self, place: Place) -> PathBuf {
         let (controller, plant) = (place.unit / self.seeds.len(), place.unit % self.seeds.len());
@@ -416,7 +424,7 @@ impl Steering<'_> {
             let response = Response::of(bean, variation, self.seeds[plant], steps, period_min);
             let of_controller = |controller| {
                 let track = plan.read_track(&plan.track_path(controller, plant))?;
-                Ok(judge.judge(&track, &self.tasks[plant], &response))
+                Ok(judge.judge(&track, self.task(plant)?, &response))
             };
             let judged = (0..plan.controllers.len()).map(of_controller).collect();
             monitor.advance(1);
@@ -424,7 +432,7 @@ impl Steering<'_> {
         };
         let judged: Vec<Vec<PlantResult>> = parallel::try_map(plants, of_plant)?;
         let optimum = |plant: usize| {
-            let (task, track) = (&self.tasks[plant], plan.read_track(&plan.optimum_path(plant))?);
+            let (task, track) = (self.task(plant)?, plan.read_track(&plan.optimum_path(plant))?);
             let mut optimum = Optimum { fitness: task.fitness(&track), is_done: task.is_done(&track) };
             if !plan.photographs {
                 judged[plant].iter().for_each(|result| optimum.raise(result));
@@ -434,6 +442,7 @@ impl Steering<'_> {
         let optima = plan.optimum.then(|| parallel::try_map(plants, optimum)).transpose()?;
         let of_controller = |controller: usize| judged.iter().map(|one| one[controller].clone()).collect();
         let plants = (0..plan.controllers.len()).map(of_controller).collect();
-        Ok(Scores { tasks: self.tasks.clone(), plants, optima })
+        let tasks = (0..self.seeds.len()).map(|plant| self.task(plant).cloned()).collect::<Result<_, _>>()?;
+        Ok(Scores { tasks, plants, optima })
     }
 }

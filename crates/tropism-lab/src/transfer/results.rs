@@ -531,7 +531,6 @@ fn or_empty(value: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Silent;
 
     #[test]
     fn what_a_controller_reached_is_possible() {
@@ -564,7 +563,7 @@ mod tests {
             TransferPlan { plants: 2, reference: Some("greedy".to_owned()), ..TransferPlan::default() };
         let near = [Some(0.2), Some(1.5), None];
         let scores = Scores {
-            tasks: plan.tasks(&Silent).unwrap(),
+            tasks: vec![plan.task.clone(); plan.seeds().len()],
             plants: vec![vec![plant(10.0, near), plant(8.0, [Some(0.4); 3])], vec![plant(5.0, near); 2]],
             optima: Some(vec![Optimum { fitness: 12.0, is_done: None }; 2]),
         };

@@ -206,6 +206,7 @@ pub(crate) fn status(out: &Path) -> Result<Option<WorkStatus>, Error> {
         is_over: parts.is_empty(),
         is_virtual: None,
         process: None,
+        is_shared: false,
         saved_ago_s: files::age_s(&path),
         parts,
     };

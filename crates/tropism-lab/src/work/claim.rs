@@ -6,41 +6,49 @@ use serde_json::Value;
 
 use super::{Record, Units, Work};
 use crate::difference::differences;
-use crate::lock::{FolderLock, LockError, lock};
+use crate::lock::{FolderLock, LockError, lock, lock_shared};
 use crate::{Error, files};
 
-/// How often a unit tries to write the record of its work, which takes a moment, while others do; each waits a tenth of a
+/// How often a unit tries to write the record of its work, which takes a moment, while others do; each try waits a tenth of a
 /// second. Chosen.
 const CLAIM_TRIES: u32 = 100;
 
 /// Makes the folder of a work, or checks that the work in it is this one, and locks it until the lock is dropped.
 pub(super) fn claim<W: Work>(work: &W, begun: &W::Begun<'_>) -> Result<FolderLock, Error> {
     let record = begun.record()?;
-    check_free::<W>(work.out())?;
-    check::<W>(work, begun, &record, work.is_resumed())?;
+    let check = || check::<W>(work, begun, &record, work.is_resumed());
+    // Before anything is made, and once more when nobody else can.
+    check()?;
     files::make_folder(work.out())?;
     let lock = lock(work.out())?;
+    check()?;
     write::<W>(work, &record)?;
     Ok(lock)
 }
 
-/// [`claim`] for one unit: others may do the same at this moment, and none keeps the lock.
-pub(super) fn claim_beside_others<W: Work>(work: &W, begun: &W::Begun<'_>) -> Result<(), Error> {
+/// [`claim`] for one unit: others may do the same at this moment, and all share the lock.
+pub(super) fn claim_beside_others<W: Work>(work: &W, begun: &W::Begun<'_>) -> Result<FolderLock, Error> {
     let (record, path) = (begun.record()?, work.out().join(W::RECORD));
-    check_free::<W>(work.out())?;
+    check::<W>(work, begun, &record, true)?;
     files::make_folder(work.out())?;
-    for _ in 0..CLAIM_TRIES {
-        if path.exists() {
-            break;
-        }
+    let mut tries = 0;
+    while !is_recorded(&path, &record)? {
+        tries += 1;
         match lock(work.out()) {
-            Ok(_lock) => write::<W>(work, &record)?,
+            Ok(_lock) => {
+                check::<W>(work, begun, &record, true)?;
+                write::<W>(work, &record)?;
+            }
             // Another unit writes the record.
-            Err(LockError::InUse { .. }) => {}
+            Err(LockError::InUse { .. }) if tries < CLAIM_TRIES => {}
             Err(error) => return Err(error.into()),
         }
     }
-    check_same(&path, &record.text, true, W::NAME)
+    Ok(lock_shared(work.out())?)
+}
+
+fn is_recorded(path: &Path, record: &Record) -> Result<bool, Error> {
+    Ok(path.exists() && files::read_text(path)? == record.text)
 }
 
 /// Checks that a folder is one, and that results in it are of a work that has its record there: others are never replaced.
@@ -64,6 +72,7 @@ fn check_free<W: Work>(folder: &Path) -> Result<(), Error> {
 }
 
 fn check<W: Work>(work: &W, begun: &W::Begun<'_>, record: &Record, is_resumed: bool) -> Result<(), Error> {
+    check_free::<W>(work.out())?;
     let path = work.out().join(W::RECORD);
     let is_extended =
         is_resumed && path.exists() && files::read_text(&path).is_ok_and(|known| begun.extends(&known));
@@ -72,7 +81,7 @@ fn check<W: Work>(work: &W, begun: &W::Begun<'_>, record: &Record, is_resumed: b
 
 fn write<W: Work>(work: &W, record: &Record) -> Result<(), Error> {
     let (folder, path) = (work.out(), work.out().join(W::RECORD));
-    let is_known = path.exists() && files::read_text(&path)? == record.text;
+    let is_known = is_recorded(&path, record)?;
     if !is_known {
         for name in W::RESULTS {
             files::remove(&folder.join(name))?;

@@ -8,7 +8,7 @@ use std::time::Instant;
 use tropism::parallel;
 
 use super::claim::claim;
-use super::{News, Pace, Place, Stage, Units, Work};
+use super::{Milestone, Pace, Place, Stage, Units, Work};
 use crate::monitor::{NotedOnce, Titled};
 use crate::{Error, Monitor};
 
@@ -38,7 +38,7 @@ pub(crate) fn perform_in<W: Work>(
 }
 
 fn execute_all(begun: &impl Units, folder: &Path, monitor: &dyn Monitor) -> Result<(), Error> {
-    begun.hear(&News::Begun, monitor)?;
+    begun.reached(&Milestone::Begun, monitor)?;
     let stages = begun.stages();
     for (number, stage) in stages.iter().enumerate() {
         let started = Instant::now();
@@ -50,7 +50,7 @@ fn execute_all(begun: &impl Units, folder: &Path, monitor: &dyn Monitor) -> Resu
             execute_stage(begun, number, stage, folder, monitor)
         };
         let seconds = started.elapsed().as_secs_f64();
-        begun.hear(&News::Spent { stage: number, seconds, is_done: done.is_ok() }, monitor)?;
+        begun.reached(&Milestone::StageEnded { stage: number, seconds, is_done: done.is_ok() }, monitor)?;
         done?;
     }
     Ok(())
@@ -68,7 +68,9 @@ fn execute_stage(
     let unit = |unit: usize, monitor: &dyn Monitor| {
         let place = Place { stage: number, unit };
         if begun.is_done(place)? {
-            monitor.skip(stage.units[unit].size);
+            if stage.pace != Pace::Nested {
+                monitor.skip(stage.units[unit].size);
+            }
             return Ok(());
         }
         if !monitor.may_go_on() {
@@ -76,7 +78,7 @@ fn execute_stage(
         }
         begun.execute(place, monitor)
     };
-    if stage.pace == Pace::InTurn {
+    if stage.pace == Pace::Nested {
         return (0..count).try_for_each(|one| {
             if count == 1 {
                 return unit(one, monitor);
@@ -86,9 +88,9 @@ fn execute_stage(
     }
     monitor.stage(&stage.name, stage.units.iter().map(|unit| unit.size).sum());
     match stage.pace {
-        Pace::OneThreadEach => return parallel::try_map(count, |one| unit(one, monitor)).map(drop),
-        Pace::OneAfterAnother => return (0..count).try_for_each(|one| unit(one, monitor)),
-        Pace::InTurn | Pace::SideBySide => {}
+        Pace::Parallel => return parallel::try_map(count, |one| unit(one, monitor)).map(drop),
+        Pace::Sequential => return (0..count).try_for_each(|one| unit(one, monitor)),
+        Pace::Nested | Pace::SideBySide => {}
     }
     let together = Together { monitor, has_failed: AtomicBool::new(false) };
     let finished = AtomicUsize::new(0);

@@ -31,7 +31,7 @@ pub trait Work: Workflow {
     /// File in its folder with all that decides the results: `sweep.toml`.
     const RECORD: &'static str;
 
-    /// Files in its folder that are written last: those of a work that began anew, or was extended, are none of its own.
+    /// Files in its folder that are written last, the one that says that it is over first. They are removed when it is extended.
     const RESULTS: &'static [&'static str];
 
     /// A plan at work.
@@ -44,6 +44,10 @@ pub trait Work: Workflow {
 
     /// Whether it may go on in a folder where it has begun.
     fn is_resumed(&self) -> bool;
+
+    /// The same plan, which may go on in a folder where it has begun.
+    #[must_use]
+    fn to_resume(self) -> Self;
 
     /// Its folder, and the files and folders that it reads.
     fn paths_mut(&mut self) -> Vec<&mut PathBuf>;
@@ -109,11 +113,11 @@ pub trait Units: Sync {
     /// [`Error`]; [`Error::Interrupted`] if `monitor` asked for an end, after what was done is saved.
     fn execute(&self, place: Place, monitor: &dyn Monitor) -> Result<(), Error>;
 
-    /// Hears that a whole work begins, and what it has been working on: nothing by default.
+    /// Is called where a whole work has reached a milestone: nothing by default.
     ///
     /// # Errors
-    /// [`Error`] if it cannot write what it heard.
-    fn hear(&self, _news: &News, _monitor: &dyn Monitor) -> Result<(), Error> {
+    /// [`Error`] if it cannot write what it writes then.
+    fn reached(&self, _milestone: &Milestone, _monitor: &dyn Monitor) -> Result<(), Error> {
         Ok(())
     }
 
@@ -123,16 +127,16 @@ pub trait Units: Sync {
     }
 }
 
-/// What the units of a work hear of the whole.
+/// What a whole work has reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum News {
+pub enum Milestone {
     /// It begins, or goes on; its folder is there, and nobody else works in it.
     Begun,
-    /// Wall-clock seconds that it has spent in a stage just now.
-    Spent {
+    /// A stage has ended, well or not.
+    StageEnded {
         /// Number of the stage, from 0.
         stage: usize,
-        /// Seconds.
+        /// Wall-clock seconds that were spent on it just now.
         seconds: f64,
         /// Whether the stage is done.
         is_done: bool,
@@ -169,7 +173,12 @@ impl Input {
     /// # Errors
     /// [`Error::File`] if one cannot be read.
     pub(crate) fn all(paths: impl IntoIterator<Item = PathBuf>) -> Result<Vec<Self>, Error> {
-        let input = |file: PathBuf| Ok(Self { sha256: files::sha256(&files::read(&file)?), file });
+        let input = |path: PathBuf| {
+            let sha256 = files::sha256(&files::read(&path)?);
+            // From wherever it goes on.
+            let file = std::path::absolute(&path).map_err(Error::at(path.display()))?;
+            Ok(Self { file, sha256 })
+        };
         paths.into_iter().map(input).collect()
     }
 }
@@ -189,13 +198,13 @@ pub struct Stage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// Each takes one thread.
-    OneThreadEach,
+    Parallel,
     /// As many at once as there are threads, and each may use all of them.
     SideBySide,
     /// One after the other: each uses all threads.
-    OneAfterAnother,
-    /// One after the other: each uses all threads, and shows stages of its own.
-    InTurn,
+    Sequential,
+    /// One after the other: each is a workflow of its own, which uses all threads and shows its own stages.
+    Nested,
 }
 
 /// What is done as a whole: by one program, in one place of the folder.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::Work;
+use crate::lock::is_shared;
 use crate::{Error, holder};
 
 /// What a long work does now.
@@ -21,6 +22,8 @@ pub struct WorkStatus {
     pub is_virtual: Option<bool>,
     /// Number of the process that works on all of it.
     pub process: Option<u32>,
+    /// Whether programs work on units of it.
+    pub is_shared: bool,
     /// How far each of its parts is, in order: stages, runs, settings, controllers, scenarios.
     pub parts: Vec<PartStatus>,
     /// Seconds since something was saved last, where it is not over.
@@ -72,6 +75,7 @@ impl WorkStatus {
             is_over: folder.join(W::RESULTS[0]).exists(),
             is_virtual: Some(true),
             process: holder(folder)?,
+            is_shared: is_shared(folder),
             parts,
             saved_ago_s: None,
         })

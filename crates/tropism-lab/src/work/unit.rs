@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::claim::claim_beside_others;
-use super::{Pace, Place, Stage, Units, Work};
+use super::{Pace, Place, Stage, Unit, Units, Work};
 use crate::units::plural;
 use crate::{Error, Monitor, Workflow};
 
@@ -42,14 +42,12 @@ pub struct UnitResults {
     pub folder: PathBuf,
     /// Number of the unit, from 1.
     pub number: usize,
+    /// Units of the work.
+    pub total: usize,
     /// Its name.
     pub unit: String,
     /// What it does, in a few words.
     pub about: String,
-    /// Units of the work that are done, with this one.
-    pub done: usize,
-    /// Units of the work.
-    pub total: usize,
 }
 
 /// All units of `work`, which is checked and prepared first, in the order in which they begin.
@@ -57,22 +55,15 @@ pub struct UnitResults {
 /// # Errors
 /// [`Error`] as [`Workflow::execute`] before any work.
 pub fn units_of<W: Work>(work: &W) -> Result<Vec<ListedUnit>, Error> {
+    check_out(work)?;
     work.check()?;
     let mut work = work.clone();
     work.prepare()?;
     let begun = work.begin(&crate::Silent)?;
-    listed(&begun, &begun.stages())
-}
-
-fn listed(begun: &impl Units, stages: &[Stage]) -> Result<Vec<ListedUnit>, Error> {
-    let places = stages
-        .iter()
-        .enumerate()
-        .flat_map(|(stage, units)| (0..units.units.len()).map(move |unit| Place { stage, unit }));
-    let listed = (1..).zip(places).map(|(number, place)| {
-        let unit = &stages[place.stage].units[place.unit];
+    let stages = begun.stages();
+    let listed = (1..).zip(places(&stages)).map(|(number, place)| {
+        let Unit { name, about, .. } = stages[place.stage].units[place.unit].clone();
         let is_done = begun.is_done(place)?;
-        let (name, about) = (unit.name.clone(), unit.about.clone());
         Ok(ListedUnit { number, stage: place.stage + 1, unit: name, about, is_done })
     });
     listed.collect()
@@ -84,9 +75,7 @@ impl<W: Work> Workflow for UnitPlan<W> {
     const SCHEMA: &'static str = "tropism.unit/1";
 
     fn check(&self) -> Result<(), Error> {
-        if self.work.out().as_os_str().is_empty() {
-            return Err(Error::Plan("`out` is missing: units of work lie in a folder".to_owned()));
-        }
+        check_out(&self.work)?;
         self.work.check()
     }
 
@@ -97,12 +86,15 @@ impl<W: Work> Workflow for UnitPlan<W> {
     fn perform(&self, monitor: &dyn Monitor) -> Result<UnitResults, Error> {
         let begun = self.work.begin(monitor)?;
         let stages = begun.stages();
-        let total = stages.iter().map(|stage| stage.units.len()).sum::<usize>();
-        Error::check_range("unit", self.unit as u64, total as u64)?;
-        claim_beside_others(&self.work, &begun)?;
-        let mut units = listed(&begun, &stages)?;
-        let ListedUnit { number, stage, unit, about, is_done } = units[self.unit - 1].clone();
-        let before = units.iter().filter(|one| one.stage < stage && !one.is_done).count();
+        let places = places(&stages);
+        let (number, total) = (self.unit, places.len());
+        Error::check_range("unit", number as u64, total as u64)?;
+        let _lock = claim_beside_others(&self.work, &begun)?;
+        let place = places[number - 1];
+        let mut before = 0;
+        for &other in places.iter().filter(|other| other.stage < place.stage) {
+            before += usize::from(!begun.is_done(other)?);
+        }
         if before > 0 {
             return Err(Error::Plan(format!(
                 "{}: found {} of stages before that of unit {number} not done, wanted all done",
@@ -110,17 +102,27 @@ impl<W: Work> Workflow for UnitPlan<W> {
                 plural(before, "unit")
             )));
         }
-        if !is_done {
-            let first = units.iter().position(|one| one.stage == stage).unwrap_or_default();
-            let place = Place { stage: stage - 1, unit: number - 1 - first };
-            let stage = &stages[place.stage];
-            if stage.pace != Pace::InTurn {
-                monitor.stage(&about, stage.units[place.unit].size);
+        let stage = &stages[place.stage];
+        let Unit { name, about, size } = stage.units[place.unit].clone();
+        if !begun.is_done(place)? {
+            if stage.pace != Pace::Nested {
+                monitor.stage(&about, size);
             }
             begun.execute(place, monitor).map_err(|error| error.of_part(self.work.out()))?;
-            units = listed(&begun, &stages)?;
         }
-        let done = units.iter().filter(|unit| unit.is_done).count();
-        Ok(UnitResults { folder: self.work.out().to_owned(), number, unit, about, done, total })
+        Ok(UnitResults { folder: self.work.out().to_owned(), number, total, unit: name, about })
     }
+}
+
+fn check_out(work: &impl Work) -> Result<(), Error> {
+    if work.out().as_os_str().is_empty() {
+        return Err(Error::Plan("`out` is missing: units of work lie in a folder".to_owned()));
+    }
+    Ok(())
+}
+
+fn places(stages: &[Stage]) -> Vec<Place> {
+    let of_stage =
+        |(stage, units): (usize, &Stage)| (0..units.units.len()).map(move |unit| Place { stage, unit });
+    stages.iter().enumerate().flat_map(of_stage).collect()
 }

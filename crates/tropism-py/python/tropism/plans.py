@@ -2815,8 +2815,7 @@ def status(
     Parameters
     ----------
     folder : PathLike
-        Folder of a run, an evolution, a study, a sweep, or a comparison of controllers or methods; or the file of
-        a rule.
+        Folder of a run or of long work, or the file of a rule.
     monitor : Monitor or False, default None
         What hears of the work: None shows progress on stderr, False shows nothing.
     threads : int, default None

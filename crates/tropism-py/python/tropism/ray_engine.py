@@ -1,7 +1,7 @@
 """Long work on Ray: each of its units is a task of the cluster.
 
-A unit saves checkpoints in its folder, which all machines share, or which lies at an fsspec address. Ray starts a unit whose
-worker was lost on another one, where it goes on from its last checkpoint to the same bits.
+Units save what they do in their folder, which all machines share, or which lies at an fsspec address. Ray starts a unit whose
+worker was lost on another one: an evolution goes on from its last checkpoint, other units begin again, to the same bits.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tropism.errors import Interrupted, PlanError, TropismError
 from tropism.monitor import Monitor, Progress
 from tropism.plan import Plan, execute
 from tropism.results import Results, Rows
-from tropism.storage import execute_at, execute_unit_at, is_address, prepare_at
+from tropism.storage import execute_at, execute_unit_at, is_address, units_at
 
 _R = TypeVar("_R", bound=Results)
 
@@ -83,7 +83,7 @@ def _unit(
     storage_options: Mapping[str, Any] | None,
     ending: Any,
 ) -> dict[str, Any]:
-    """Executes one unit on a worker: what it found, and what it cost."""
+    """Executes one unit on a worker: what it cost, and where it worked."""
     import resource
     import socket
 
@@ -123,12 +123,15 @@ def execute_units(
     plan = _absolute(replace(plan, threads=None))
     plan.check()
     keys: dict[str, Any] = plan.complete()
-    out: str = keys["out"]
+    out: str | None = keys.get("out")
+    if out is None:
+        raise PlanError("`out` is missing: units of work lie in a folder")
     if is_address(out):
-        prepare_at(plan, out, storage_options)
+        units = units_at(plan, out, storage_options)
     else:
         _check_begun(plan, keys)
-    units: list[dict[str, Any]] = json.loads(_core.work_units(plan.workflow, plan.to_json()))
+        units = json.loads(_core.work_units(plan.workflow, plan.to_json()))
+    units = [unit for unit in units if not unit["is_done"]]
     monitor: Monitor | None = Progress() if plan.monitor is None else plan.monitor or None
     started = not ray.is_initialized()
     if started:
@@ -142,6 +145,7 @@ def execute_units(
     ending = actor.remote()
     text = ray.put(json.dumps(keys))
     named = {unit["number"]: unit["about"] for unit in units}
+    names = {unit["number"]: unit["unit"] for unit in units}
     waiting: list[int] = [unit["number"] for unit in units]
     stage_of = {unit["number"]: unit["stage"] for unit in units}
     running: dict[Any, int] = {}
@@ -157,7 +161,7 @@ def execute_units(
                 begun.add(stage_of[waiting[0]])
                 number = waiting.pop(0)
                 named_task = task.options(name=f"unit {number}: {named[number]}")
-                name = units[number - 1]["unit"]
+                name = names[number]
                 running[named_task.remote(plan.workflow, text, number, threads, name, storage_options, ending)] = number
             done, _ = ray.wait(list(running), timeout=0.1)
             for reference in done:
@@ -203,7 +207,7 @@ def execute_on_ray(
 ) -> _R:
     """Executes the units of a long work on Ray, and then collects the results from their folder.
 
-    `units` of the results has what each unit cost and where it worked.
+    `units` of results that are no list has what each unit cost and where it worked.
     """
     costs = execute_units(
         plan, address=address, workers=workers, threads=threads, retries=retries, storage_options=storage_options

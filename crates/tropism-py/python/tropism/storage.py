@@ -200,18 +200,26 @@ def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> SweepResul
         return results
 
 
-def prepare_at(plan: Plan[Any], address: str, options: Mapping[str, Any] | None) -> None:
-    """Checks that an address is free for a sweep, or that it goes on there, and puts its model beside it: the disk of this
+def units_at(plan: Plan[Any], address: str, options: Mapping[str, Any] | None) -> list[dict[str, Any]]:
+    """The units of a sweep at an address, which must be free for it, or have it. Its model is put beside it: the disk of this
     machine is not that of the workers."""
     if not isinstance(plan, SweepPlan):
         raise PlanError(f"out: found the address {address}, wanted a folder: only sweeps work at addresses")
-    mirror = Mirror(address, Path(), options)
-    is_there = mirror.has("sweep.toml")
-    if is_there and not plan.resume:
-        text = f"{address}: a sweep is here already: choose a new folder (`out`), or go on with it by `resume`"
-        raise PlanError(text)
-    if not is_there and (model := settings(plan.config).get("model")):
-        mirror.write("model.json", Path(plan.folder or "", model).read_bytes())
+    with mirror_of(address, options) as mirror:
+        is_there = mirror.has("sweep.toml")
+        if is_there and not plan.resume:
+            text = f"{address}: a sweep is here already: choose a new folder (`out`), or go on with it by `resume`"
+            raise PlanError(text)
+        config = settings(plan.config)
+        model = config.get("model")
+        if not is_there and model:
+            mirror.write("model.json", Path(plan.folder or "", model).read_bytes())
+        mirror.fetch()
+        if model:
+            config["model"] = os.fspath(mirror.folder / "model.json")
+        own = replace(plan, out=mirror.folder, config=config)
+        units: list[dict[str, Any]] = json.loads(_core.work_units("sweep", own.to_json()))
+        return units
 
 
 def execute_unit_at(

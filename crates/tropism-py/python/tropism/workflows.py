@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from typing import Any, Literal
 
 from tropism import _core, plans
@@ -37,10 +36,11 @@ def resume(
     tropism.errors.MissingFileError: nothing/run.toml: cannot read: No such file or directory
     """
     try:
-        plan: Plan[Any] = PLANS[workflow](**json.loads(_core.plan_of_folder(workflow, path(folder, "folder"))))
+        found = json.loads(_core.plan_of_folder(workflow, path(folder, "folder")))
     except TropismError as error:
         raise of_call(error, "resume") from None
-    results: Results = execute(replace(plan, monitor=monitor, threads=threads))
+    plan: Plan[Any] = PLANS[workflow](**found, monitor=monitor, threads=threads)
+    results: Results = execute(plan)
     return results
 
 

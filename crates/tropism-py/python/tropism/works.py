@@ -38,8 +38,8 @@ def execute_unit(plan: Plan[Any], unit: int) -> dict[str, Any]:
     >>> import tropism
     >>> plan = tropism.plans.TransferPlan(controllers=["greedy"], plants=2, task={"max_steps": 20}, out="alone", monitor=False)
     >>> done = tropism.execute_unit(plan, 2)
-    >>> done["done"], done["total"]
-    (1, 2)
+    >>> done["unit"], done["total"]
+    ('greedy/plant-0002', 2)
     """
     progress = Progress(plan.workflow) if plan.monitor is None else None
     listener = progress if progress is not None else plan.monitor or None
@@ -74,7 +74,7 @@ def on_ray(
     threads : int, default 1
         Threads of each unit.
     retries : int, default 3
-        How often a unit whose worker was lost is executed again, from its last checkpoint.
+        How often a unit whose worker was lost is executed again; an evolution goes on from its last checkpoint.
     storage_options : Mapping, default None
         Those of the address's file system.
 

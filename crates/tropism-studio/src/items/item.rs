@@ -199,7 +199,7 @@ impl Item {
                     Some(part) if unit == "stages" => {
                         format!("{}: {} of {} {}", part.name, part.done, part.total, part.unit)
                     }
-                    _ if work.is_over && unit == "stages" => "report is written".to_owned(),
+                    _ if work.is_over && work.work == "study" => "report is written".to_owned(),
                     _ => format!("{done} of {total} {unit}"),
                 };
                 Self { text, ..base }

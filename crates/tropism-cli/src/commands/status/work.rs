@@ -7,7 +7,7 @@ use tropism_lab::units;
 use tropism_lab::work::{PartStatus, WorkStatus};
 
 pub(super) fn text(status: &WorkStatus) -> String {
-    let WorkStatus { work, folder, is_over, is_virtual, process, parts, saved_ago_s } = status;
+    let WorkStatus { work, folder, is_over, is_virtual, process, is_shared, parts, saved_ago_s } = status;
     let virtual_plants = if *is_virtual == Some(true) { ", virtual plants or a model of them" } else { "" };
     let mut text = format!("{}{virtual_plants}\n", headline(folder, status));
     let (done, total, unit) = status.progress();
@@ -29,7 +29,7 @@ pub(super) fn text(status: &WorkStatus) -> String {
     if let Some(age) = saved_ago_s {
         text += &format!("saved {} ago\n", units::time(*age));
     }
-    if process.is_none() {
+    if process.is_none() && !is_shared {
         let command = if *work == "replicates" { "study" } else { work };
         let free = if *work == "tune" { ", if no program works on it" } else { "" };
         text += &format!("next{free}: tropism {command} --out {} --resume", shell_word(folder));
@@ -59,6 +59,7 @@ fn headline(folder: &Path, status: &WorkStatus) -> String {
     let folder = folder.display();
     match status.process {
         Some(process) => format!("{folder}: goes on (process {process})"),
+        None if status.is_shared => format!("{folder}: programs work on units of it"),
         None if status.is_over => format!("{folder}: over"),
         None if status.work == "tune" => format!("{folder}: not finished"),
         None => format!("{folder}: not finished, and no program works on it"),
