@@ -53,6 +53,10 @@ impl Individual {
         ensure_in!(self, 0.0..=2.0, "between 0 and 2": tropism.light_exponent);
         ensure_in!(self, 0.01..=100.0, "between 0.01 and 100": tropism.balance);
         ensure_in!(self, [-1.0, 1.0], "1 or -1": nutation.hand);
+        for (key, value) in [("growth.free_cm", self.growth.free_cm), ("stem.rigid_cm", self.stem.rigid_cm)] {
+            value
+                .map_or(Ok(()), |value| ensure((10.0..=60.0).contains(&value), key, value, "10 to 60 cm"))?;
+        }
         let internodal = self.internodal.as_ref().map_or(Ok(()), Internodal::check);
         internodal.map_err(|error| error.in_table("internodal"))
     }

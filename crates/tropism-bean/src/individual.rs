@@ -69,6 +69,10 @@ pub struct Growth {
     pub slowing_h: f64,
     /// Share of elongation that remains (tuned).
     pub late: f64,
+    /// Length of stem above its topmost contact with a solid, or else above the soil, at which elongation stops, in cm (C).
+    /// Default: no limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub free_cm: Option<f64>,
 }
 
 /// The motile zone: the part below the apex whose curvature can change.
@@ -187,6 +191,10 @@ pub struct Stem {
     pub lag_h: f64,
     /// Mass of the apical bud, in g (C).
     pub tip_g: f64,
+    /// Distance from the apex beyond which the stem is rigid: it keeps its shape, bears any load, and costs no time to
+    /// compute, in cm (C). Default: no part of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rigid_cm: Option<f64>,
 }
 
 /// The pair of primary leaves.
@@ -262,7 +270,7 @@ impl Individual {
 
 impl Default for Growth {
     fn default() -> Self {
-        Self { start: 4.0, rate: 0.034, zone: 8.0, slows_h: 48.0, slowing_h: 7.0, late: 0.25 }
+        Self { start: 4.0, rate: 0.034, zone: 8.0, slows_h: 48.0, slowing_h: 7.0, late: 0.25, free_cm: None }
     }
 }
 
@@ -320,6 +328,7 @@ impl Default for Stem {
             radius_base: 0.17,
             lag_h: 0.05,
             tip_g: 0.35,
+            rigid_cm: None,
         }
     }
 }

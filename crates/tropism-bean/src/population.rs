@@ -56,7 +56,7 @@ impl Population {
         let Self { beans, chains } = self;
         // Plants of about as many segments stand side by side.
         let mut members: Vec<_> = beans.iter_mut().zip(lamp_powers).collect();
-        members.sort_by_key(|(bean, _)| (bean.substep_s().to_bits(), bean.rod.count()));
+        members.sort_by_key(|(bean, _)| (bean.substep_s().to_bits(), bean.rod.computed()));
         for equal in members.chunk_by_mut(|(one, _), (other, _)| one.substep_s() == other.substep_s()) {
             for group in equal.chunks_mut(LANES) {
                 if let [(bean, powers)] = group {
@@ -66,7 +66,10 @@ impl Population {
                 let powers: Vec<_> =
                     group.iter().map(|(bean, powers)| bean.checked_powers(*powers)).collect();
                 let mut plants: Vec<&mut Bean> = group.iter_mut().map(|(bean, _)| &mut **bean).collect();
-                (0..ticks).for_each(|_| tick_together(chains, &mut plants, &powers, tick_h));
+                for _ in 0..ticks {
+                    tick_together(chains, &mut plants, &powers, tick_h);
+                    plants.iter_mut().for_each(|bean| bean.rod.set_down());
+                }
             }
         }
     }

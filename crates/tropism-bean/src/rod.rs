@@ -115,14 +115,40 @@ impl<R: Copy> Segment<R> {
     }
 }
 
+/// The lower end of a segment.
+#[derive(Clone, Copy, Debug)]
+struct Base {
+    rotation: Rotation<f64>,
+    /// Its place, in cm.
+    at: Vec3,
+}
+
+impl Base {
+    /// The lower end of the next segment, with the arithmetic of a sub-step.
+    fn above(mut self, segment: &Segment) -> Self {
+        let [halfway, rotation] = self.rotation.through(segment.curvature, segment.length);
+        rotation::pass(&mut self.at, halfway.frame()[2], segment.length);
+        Self { rotation, ..self }
+    }
+}
+
 /// The stem as a chain of segments, base first.
 #[derive(Clone, Debug)]
 pub(super) struct Rod {
+    /// Rigid segments that a sub-step leaves out.
+    foot: Vec<Segment>,
+    /// The segments above the foot, which a sub-step computes.
     segments: Vec<Segment>,
-    /// Index of the segment that bears the leaf pair.
+    /// Number of the lowest of them that are rigid.
+    rigid: usize,
+    /// Index of the segment that bears the leaf pair, from the root.
     leaf: usize,
-    /// Orientation of the base.
-    base: Rotation<f64>,
+    /// Orientation of the root.
+    root: Rotation<f64>,
+    /// The lower end of the segments above the foot.
+    base: Base,
+    /// Length of stem below the topmost contact that has become rigid, in cm; 0 without one.
+    anchored: f64,
     /// Solids and contacts with them; `None` without solids.
     contact: Option<Box<Contact>>,
 }
@@ -155,10 +181,15 @@ impl Rod {
         let length = plant.growth.start / SEEDLING_SEGMENTS as f64;
         let segment =
             |number| Segment { length, internode: u32::from(number > LEAF_SEGMENT), ..Segment::default() };
+        let root = Rotation::of_bend([2.0 * plant.stem.tilt_x, -2.0 * plant.stem.tilt_z], 1.0);
         Self {
+            foot: Vec::new(),
             segments: (0..SEEDLING_SEGMENTS).map(segment).collect(),
+            rigid: 0,
             leaf: LEAF_SEGMENT,
-            base: Rotation::of_bend([2.0 * plant.stem.tilt_x, -2.0 * plant.stem.tilt_z], 1.0),
+            root,
+            base: Base { rotation: root, at: [0.0; 3] },
+            anchored: 0.0,
             contact: None,
         }
     }
@@ -187,14 +218,30 @@ impl Rod {
 
     /// Tilts the base by `radians` towards positive x.
     pub(super) fn tilt_base(&mut self, radians: f64) {
-        let Rotation([w, x, y, z]) = self.base;
+        let Rotation([w, x, y, z]) = self.root;
         let (sin, cos) = math::sin_cos(0.5 * radians);
-        self.base = Rotation([w * cos - y * sin, x * cos + z * sin, y * cos + w * sin, z * cos - x * sin]);
+        self.root = Rotation([w * cos - y * sin, x * cos + z * sin, y * cos + w * sin, z * cos - x * sin]);
+        self.base = self.foot.iter().fold(Base { rotation: self.root, at: [0.0; 3] }, Base::above);
+    }
+
+    /// All segments from the root to the apex.
+    fn all(&self) -> impl Iterator<Item = &Segment> {
+        self.foot.iter().chain(&self.segments)
     }
 
     /// Length along the stem, in cm.
     pub(super) fn length(&self) -> f64 {
-        self.segments.iter().map(|segment| segment.length).sum()
+        self.all().map(|segment| segment.length).sum()
+    }
+
+    /// Length of stem above its topmost hold, in cm: a solid that it presses on or pressed on when it became rigid, else the
+    /// root.
+    pub(super) fn free_length(&self) -> f64 {
+        let Some((segment, share)) = self.contact.as_ref().and_then(|contact| contact.topmost()) else {
+            return self.length() - self.anchored;
+        };
+        let above: f64 = self.segments[segment + 1..].iter().map(|segment| segment.length).sum();
+        above + (1.0 - share) * self.segments[segment].length
     }
 
     /// Place of the apex, in cm.
@@ -206,11 +253,11 @@ impl Rod {
 
     /// Calls `visit` with the cross-sections from the base to the apex: one more than there are segments.
     pub(super) fn for_each_section(&self, mut visit: impl FnMut(Section)) {
-        let mut rotation = self.base;
+        let mut rotation = self.root;
         let mut at = [0.0; 3];
         let mut from_apex = self.length();
         visit(Section { at, from_apex, rotation });
-        for segment in &self.segments {
+        for segment in self.all() {
             let half = Rotation::of_bend(segment.curvature, segment.length);
             rotation = rotation.then(half);
             at = along(at, rotation.frame()[2], segment.length);
@@ -220,19 +267,54 @@ impl Rod {
         }
     }
 
-    /// Index of the segment that bears the leaves.
+    /// Index of the segment that bears the leaves, from the root.
     pub(super) fn leaf(&self) -> usize {
         self.leaf
     }
 
     /// The largest curvature, in 1/cm.
     pub(super) fn peak_curvature(&self) -> f64 {
-        self.segments.iter().map(|segment| math::vector::norm(segment.curvature)).fold(0.0, f64::max)
+        self.all().map(|segment| math::vector::norm(segment.curvature)).fold(0.0, f64::max)
     }
 
     /// Number of segments.
     pub(super) fn count(&self) -> usize {
+        self.foot.len() + self.segments.len()
+    }
+
+    /// Number of segments that a sub-step computes.
+    pub(super) fn computed(&self) -> usize {
         self.segments.len()
+    }
+
+    /// Lets segments farther than `beyond` cm from the apex become rigid: they keep the shape that they have.
+    fn stiffen(&mut self, beyond: Option<f64>) {
+        let Some(beyond) = beyond else { return };
+        let length = self.length();
+        let mut below: f64 =
+            self.foot.iter().chain(&self.segments[..self.rigid]).map(|segment| segment.length).sum();
+        while length - below - self.segments[self.rigid].length > beyond {
+            let segment = &mut self.segments[self.rigid];
+            (segment.rest, segment.bending) = (segment.curvature, [0.0; 2]);
+            below += segment.length;
+            if self.contact.as_ref().is_some_and(|contact| contact.presses(self.rigid)) {
+                self.anchored = below;
+            }
+            self.rigid += 1;
+        }
+    }
+
+    /// Moves rigid segments into the foot. This changes no bit of what is above them.
+    ///
+    /// They go in groups, so that the others keep their places in the sums of contacts.
+    pub(super) fn set_down(&mut self) {
+        let count = self.rigid - self.rigid % contact::WIDTH;
+        self.base = self.segments[..count].iter().fold(self.base, Base::above);
+        self.foot.extend(self.segments.drain(..count));
+        self.rigid -= count;
+        if let Some(contact) = self.contact.as_mut().filter(|_| count > 0) {
+            contact.drop_lowest(count);
+        }
     }
 
     /// Lays down internodes, and tells `put` the motility of each segment.
@@ -254,7 +336,7 @@ impl Rod {
 
     /// Halves segments longer than [`MAX_SEGMENT_CM`]. Both halves inherit the state; leaves stay with the lower half.
     fn split(&mut self) {
-        let mut i = 0;
+        let mut i = self.rigid;
         while i < self.segments.len() {
             if self.segments[i].length > MAX_SEGMENT_CM && self.segments.len() < MAX_SEGMENTS {
                 self.segments[i].length *= 0.5;
@@ -262,7 +344,7 @@ impl Rod {
                 if let Some(contact) = &mut self.contact {
                     contact.split(i);
                 }
-                if self.leaf > i {
+                if self.leaf > self.foot.len() + i {
                     self.leaf += 1;
                 }
                 i += 1;

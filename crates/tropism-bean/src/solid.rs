@@ -2,7 +2,8 @@
 //!
 //! In: a [`Solid`] and a place in space. Out: a signed distance and its direction. The idea: an obstacle of the plane is a body
 //! that points at the front camera, from the back wall to [`FRONT`]. Its flanks run along lines of sight, so the camera sees
-//! its end alone, with the outline that the task gives. What touches the outline in a photograph touches the body.
+//! its end alone, with the outline that the task gives. What touches the outline in a photograph touches the body. Poles and
+//! bars stand in space.
 
 use tropism::math::vector::{Vec3, norm, normalize_or};
 use tropism::obstacle::{Obstacle, Pole, Solid};
@@ -33,6 +34,7 @@ pub(super) fn distance(solid: &Solid, place: Vec3) -> (f64, Vec3) {
     match solid {
         Solid::Plane(obstacle) => to_plane(obstacle, place),
         Solid::Pole(pole) => to_pole(pole, place),
+        Solid::Bar(bar) => bar.distance_and_normal(place),
     }
 }
 
@@ -79,6 +81,8 @@ mod tests {
     use tropism::geometry::Point;
     use tropism::math::vector::{add, scale};
 
+    use tropism::obstacle::Bar;
+
     use super::*;
     use crate::view::WALL;
 
@@ -88,6 +92,8 @@ mod tests {
             (point(), 0.2..3.0).prop_map(|(centre, radius_cm)| Obstacle::Disc { centre, radius_cm }.into()),
             [point(), point()].prop_map(|corners| Obstacle::Box { corners }.into()),
             [point(), point()].prop_map(|ends| Obstacle::Line { ends }.into()),
+            ([-5.0..5.0, 0.0..20.0, -5.0..5.0], [-5.0..5.0, 0.0..20.0, -5.0..5.0], 0.1..2.0)
+                .prop_map(|(from, to, radius_cm)| Bar { ends: [from, to], radius_cm }.into()),
             ([-5.0..5.0, -5.0..5.0], 0.1..2.0, 5.0..40.0).prop_map(|(at, radius_cm, height_cm)| Pole {
                 at,
                 radius_cm,

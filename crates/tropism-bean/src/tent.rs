@@ -368,12 +368,12 @@ impl Greenhouse {
         if vision.obstacles.is_empty() {
             vision.obstacles.extend(self.solids.iter().filter_map(|solid| match solid {
                 Solid::Plane(obstacle) => Some(*obstacle),
-                Solid::Pole(_) => None,
+                Solid::Pole(_) | Solid::Bar(_) => None,
             }));
         }
         let poles = self.solids.iter().filter_map(|solid| match solid {
             Solid::Pole(pole) => Some(Pole { height_cm: pole.height_cm.min(TALLEST_CM), ..*pole }),
-            Solid::Plane(_) => None,
+            Solid::Plane(_) | Solid::Bar(_) => None,
         });
         if vision.poles.is_empty() && vision.mode == Mode::Robust && vision.up == Direction::Up {
             vision.poles.extend(poles);

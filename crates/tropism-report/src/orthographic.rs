@@ -252,14 +252,23 @@ const fn pole(solid: &Solid) -> Option<Pole> {
             let height_cm = pole.height_cm.min(HIGHEST_POLE_CM);
             Some(Pole { height_cm, ..*pole })
         }
-        Solid::Plane(_) => None,
+        Solid::Plane(_) | Solid::Bar(_) => None,
     }
 }
 
-/// The outline of an obstacle in its plane.
+/// The outline of an obstacle in its plane, or the axis of a bar.
 fn outline(solid: &Solid) -> Option<Vec<SpacePoint>> {
-    let Solid::Plane(obstacle) = solid else { return None };
-    let corners: Vec<Point> = match *obstacle {
+    let outline: Vec<SpacePoint> = match solid {
+        Solid::Plane(obstacle) => corners(obstacle).into_iter().map(in_plane).map(rounded).collect(),
+        Solid::Bar(bar) => bar.ends.map(rounded).to_vec(),
+        Solid::Pole(_) => return None,
+    };
+    outline.iter().all(is_drawn).then_some(outline)
+}
+
+/// The outline of an obstacle.
+fn corners(obstacle: &Obstacle) -> Vec<Point> {
+    match *obstacle {
         Obstacle::Disc { centre, radius_cm } => {
             let corner = |index| {
                 let turn = f64::from(index) / f64::from(CORNERS) * core::f64::consts::TAU;
@@ -273,9 +282,7 @@ fn outline(solid: &Solid) -> Option<Vec<SpacePoint>> {
             corners.map(|(x, y)| Point::new(x, y)).to_vec()
         }
         Obstacle::Line { ends } => ends.to_vec(),
-    };
-    let outline: Vec<SpacePoint> = corners.into_iter().map(in_plane).map(rounded).collect();
-    outline.iter().all(is_drawn).then_some(outline)
+    }
 }
 
 /// The lamps that have a direction: one right above the plant has none.

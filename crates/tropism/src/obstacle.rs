@@ -1,6 +1,7 @@
-//! Obstacles: discs, boxes and lines in the plane of the plant, and poles in space.
+//! Obstacles: discs, boxes and lines in the plane of the plant, and poles and bars in space.
 //!
-//! A task has obstacles in its plane, which a stem must not touch. The virtual tent also has poles, on which a stem leans.
+//! A task has obstacles in its plane, which a stem must not touch. The virtual tent also has poles and bars, on which a stem
+//! leans.
 //! Distances are signed: above 0 outside, below 0 inside.
 //!
 //! # References
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::check::{OutOfRange, ensure};
 use crate::geometry::space::SpacePoint;
 use crate::geometry::{Point, Polyline};
+use crate::math::vector::{cross, dot, norm, normalize_or, scale, sub};
 use crate::math::{self, Mask, Real};
 
 /// One obstacle.
@@ -60,6 +62,17 @@ pub struct Pole {
     pub height_cm: f64,
 }
 
+/// A straight round bar in space with rounded ends, such as a support that leans.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Bar {
+    /// The ends of its axis, in cm.
+    pub ends: [SpacePoint; 2],
+    /// Its radius, in cm.
+    pub radius_cm: f64,
+}
+
 /// A solid thing in the tent, through which no stem passes.
 ///
 /// ```
@@ -68,6 +81,8 @@ pub struct Pole {
 /// assert_eq!(pole, Solid::Pole(Pole { at: [2.0, 0.0], radius_cm: 0.4, height_cm: 30.0 }));
 /// let disc: Solid = serde_json::from_str(r#"{"disc": [0, 8], "radius_cm": 1}"#)?;
 /// assert!(matches!(disc, Solid::Plane(_)));
+/// let bar: Solid = serde_json::from_str(r#"{"bar": [[2, 0, 0], [30, 28, 0]], "radius_cm": 0.4}"#)?;
+/// assert!(matches!(bar, Solid::Bar(_)));
 /// # Ok::<(), serde_json::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -78,6 +93,8 @@ pub enum Solid {
     Plane(Obstacle),
     /// A pole.
     Pole(Pole),
+    /// A bar.
+    Bar(Bar),
 }
 
 /// The keys of all kinds, so that a wrong one is reported by name.
@@ -91,7 +108,10 @@ struct Keys {
     /// Axis of an upright pole, in cm: x to the right, z towards the camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pole: Option<[f64; 2]>,
-    /// Radius of the disc or the pole, in cm above 0.
+    /// Ends of the axis of a round bar in space, in cm: x to the right, y up, z towards the camera.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    bar: Option<[SpacePoint; 2]>,
+    /// Radius of the disc, the pole or the bar, in cm above 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     radius_cm: Option<f64>,
     /// Two opposite corners of a box with sides along x and y, in cm.
@@ -110,9 +130,9 @@ impl TryFrom<Keys> for Obstacle {
 
     fn try_from(keys: Keys) -> Result<Self, &'static str> {
         match keys {
-            Keys { pole: Some(_), .. } | Keys { height_cm: Some(_), .. } => {
-                Err("an obstacle of a task lies in its plane, and a pole does not: wanted disc, box or line")
-            }
+            Keys { pole: Some(_), .. } | Keys { bar: Some(_), .. } | Keys { height_cm: Some(_), .. } => Err(
+                "an obstacle of a task lies in its plane, and poles and bars do not: wanted disc, box or line",
+            ),
             Keys { disc: Some(centre), radius_cm: Some(radius_cm), corners: None, ends: None, .. } => {
                 Ok(Self::Disc { centre, radius_cm })
             }
@@ -132,14 +152,30 @@ impl TryFrom<Keys> for Solid {
     type Error = &'static str;
 
     fn try_from(keys: Keys) -> Result<Self, &'static str> {
-        let Some(at) = keys.pole else { return Obstacle::try_from(keys).map(Self::Plane) };
         match keys {
-            Keys { radius_cm: Some(radius_cm), height_cm, disc: None, corners: None, ends: None, .. } => {
-                Ok(Self::Pole(Pole { at, radius_cm, height_cm: height_cm.unwrap_or(f64::INFINITY) }))
-            }
-            _ => Err(
+            Keys { pole: None, bar: None, .. } => Obstacle::try_from(keys).map(Self::Plane),
+            Keys {
+                pole: Some(at),
+                bar: None,
+                radius_cm: Some(radius_cm),
+                height_cm,
+                disc: None,
+                corners: None,
+                ends: None,
+            } => Ok(Self::Pole(Pole { at, radius_cm, height_cm: height_cm.unwrap_or(f64::INFINITY) })),
+            Keys {
+                pole: None,
+                bar: Some(ends_of_axis),
+                radius_cm: Some(radius_cm),
+                height_cm: None,
+                disc: None,
+                corners: None,
+                ends: None,
+            } => Ok(Self::Bar(Bar { ends: ends_of_axis, radius_cm })),
+            Keys { bar: None, .. } => Err(
                 "a pole is { pole = [x, z], radius_cm = r, height_cm = h }; without a height it leaves the tent",
             ),
+            _ => Err("a bar is { bar = [[x, y, z], [x, y, z]], radius_cm = r }"),
         }
     }
 }
@@ -154,6 +190,9 @@ impl From<Solid> for Keys {
                 height_cm: Some(height_cm).filter(|height| height.is_finite()),
                 ..Self::default()
             },
+            Solid::Bar(Bar { ends, radius_cm }) => {
+                Self { bar: Some(ends), radius_cm: Some(radius_cm), ..Self::default() }
+            }
         }
     }
 }
@@ -167,6 +206,12 @@ impl From<Obstacle> for Solid {
 impl From<Pole> for Solid {
     fn from(pole: Pole) -> Self {
         Self::Pole(pole)
+    }
+}
+
+impl From<Bar> for Solid {
+    fn from(bar: Bar) -> Self {
+        Self::Bar(bar)
     }
 }
 
@@ -189,6 +234,46 @@ impl Pole {
     }
 }
 
+impl Bar {
+    /// Distance of a place from the surface of the bar, in cm, below 0 inside, and the direction from the axis to it.
+    ///
+    /// ```
+    /// use tropism::obstacle::Bar;
+    /// let bar = Bar { ends: [[0.0, 0.0, 0.0], [10.0, 10.0, 0.0]], radius_cm: 0.5 };
+    /// assert_eq!(bar.distance_and_normal([5.0, 5.0, 2.0]), (1.5, [0.0, 0.0, 1.0]));
+    /// ```
+    #[must_use]
+    pub fn distance_and_normal(&self, place: SpacePoint) -> (f64, SpacePoint) {
+        let [from, to] = self.ends;
+        let (axis, way) = (sub(to, from), sub(place, from));
+        let share = (dot(way, axis) / dot(axis, axis)).clamp(0.0, 1.0);
+        let away = sub(way, scale(axis, share));
+        (norm(away) - self.radius_cm, normalize_or(away, self.across()[0]))
+    }
+
+    /// Two directions across the axis; with that from the first end to the second they are right-handed.
+    #[must_use]
+    pub fn across(&self) -> [SpacePoint; 2] {
+        let along = normalize_or(sub(self.ends[1], self.ends[0]), [0.0, 1.0, 0.0]);
+        // The axis of space that is farthest from that of the bar.
+        let other = if along[0].abs() < 0.8 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
+        let first = normalize_or(sub(other, scale(along, dot(other, along))), other);
+        [first, cross(along, first)]
+    }
+
+    /// Checks what a file may have got wrong.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] names the key, its value and the allowed values.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        let Self { ends, radius_cm } = *self;
+        let is_long = norm(sub(ends[1], ends[0])) > 0.0;
+        let is_finite = ends.iter().flatten().all(|value| value.is_finite());
+        ensure(is_finite && is_long, "bar", format!("{ends:?}"), "two places in cm")?;
+        ensure(radius_cm > 0.0 && radius_cm.is_finite(), "radius_cm", radius_cm, "cm above 0")
+    }
+}
+
 impl Solid {
     /// Checks what a file may have got wrong.
     ///
@@ -198,6 +283,7 @@ impl Solid {
         match self {
             Self::Plane(obstacle) => obstacle.check(),
             Self::Pole(pole) => pole.check(),
+            Self::Bar(bar) => bar.check(),
         }
     }
 
@@ -208,6 +294,9 @@ impl Solid {
             Self::Plane(obstacle) => Self::Plane(obstacle.mirrored()),
             Self::Pole(Pole { at: [x, z], radius_cm, height_cm }) => {
                 Self::Pole(Pole { at: [-x, z], radius_cm, height_cm })
+            }
+            Self::Bar(Bar { ends, radius_cm }) => {
+                Self::Bar(Bar { ends: ends.map(|[x, y, z]| [-x, y, z]), radius_cm })
             }
         }
     }
@@ -529,11 +618,25 @@ mod tests {
         let pole = Pole { at: [1.0, -2.0], radius_cm: 0.3, height_cm: 0.0 };
         let error = Solid::Pole(pole).check().unwrap_err().to_string();
         assert_eq!(error, "found height_cm = 0, wanted cm above 0");
+        let bar = Bar { ends: [[1.0, 2.0, 3.0]; 2], radius_cm: 0.4 };
+        let error = Solid::Bar(bar).check().unwrap_err().to_string();
+        assert_eq!(error, "found bar = [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0]], wanted two places in cm");
         let flat = Obstacle::Disc { centre: Point::new(0.0, 8.0), radius_cm: 0.0 };
         assert_eq!(flat.check().unwrap_err().to_string(), "found radius_cm = 0, wanted cm above 0");
     }
 
     proptest! {
+        #[test]
+        fn an_upright_bar_is_as_far_as_a_pole(
+            [x, z] in [-5.0..5.0, -5.0..5.0], place in [-8.0..8.0, 0.0..30.0, -8.0..8.0],
+        ) {
+            let pole = Pole { at: [x, z], radius_cm: 0.5, height_cm: 30.0 };
+            let bar = Bar { ends: [[x, 0.0, z], [x, 30.0, z]], radius_cm: 0.5 };
+            prop_assert!((bar.distance_and_normal(place).0 - pole.distance(place)).abs() < 1e-9);
+            let [first, second] = bar.across();
+            prop_assert!(norm(sub(cross(first, second), [0.0, 1.0, 0.0])) < 1e-12);
+        }
+
         #[test]
         fn the_distance_grows_along_the_normal(obstacle in obstacle(), point in point()) {
             let (distance, [x, y]) = obstacle.distance_and_normal(point);

@@ -5,8 +5,8 @@
 
 use tropism::geometry::Point;
 use tropism::math;
-use tropism::math::vector::{Vec3, add, dot, normalize_or, scale, sub};
-use tropism::obstacle::{Obstacle, Solid};
+use tropism::math::vector::{Vec3, add, cross, dot, normalize_or, scale, sub};
+use tropism::obstacle::{Bar, Obstacle, Solid};
 
 use super::body::{Blade, Body, nearness};
 use super::cloth::Texture;
@@ -72,10 +72,13 @@ impl Solids {
             }
             Solid::Plane(obstacle) => (end_grain(obstacle, tent, texture), false),
             Solid::Pole(pole) => {
-                let turn = math::atan2(tent[0] - pole.at[0], tent[2] - pole.at[1]);
-                let streak = texture.noise(41, 5.0 * turn, 0.18 * tent[1])
-                    + 0.6 * texture.noise(42, 14.0 * turn, 0.5 * tent[1]);
-                (wood(0.5 + 0.4 * streak), false)
+                (grain(texture, math::atan2(tent[0] - pole.at[0], tent[2] - pole.at[1]), tent[1]), false)
+            }
+            Solid::Bar(bar) => {
+                let way = sub(tent, bar.ends[0]);
+                let [first, second] = bar.across();
+                let along = dot(way, cross(first, second));
+                (grain(texture, math::atan2(dot(way, second), dot(way, first)), along), false)
             }
         };
         Some(SolidHit { at, normal: self.view.to_camera(normal), colour, is_glossy })
@@ -158,6 +161,10 @@ impl Solids {
                     let ([x, z], radius) = (pole.at, pole.radius_cm);
                     ([x - radius, -1.0, z - radius], [x + radius, pole.height_cm.min(60.0), z + radius])
                 }
+                Solid::Bar(Bar { ends: [one, other], radius_cm }) => {
+                    let least = [0, 1, 2].map(|axis| one[axis].min(other[axis]) - radius_cm);
+                    (least, [0, 1, 2].map(|axis| one[axis].max(other[axis]) + radius_cm))
+                }
             };
             (0..8).map(move |corner: u32| {
                 let pick = |bit: u32, low: f64, high: f64| if corner >> bit & 1 == 0 { low } else { high };
@@ -177,6 +184,13 @@ impl Solids {
 fn wood(share: f64) -> Rgb {
     let share = share.clamp(0.0, 1.0);
     core::array::from_fn(|band| WOOD[0][band] + share * (WOOD[1][band] - WOOD[0][band]))
+}
+
+/// Wood along the grain of a round bar, at an angle about its axis, in rad, and at a distance along it, in cm.
+fn grain(texture: Texture, turn: f64, along: f64) -> Rgb {
+    let streak =
+        texture.noise(41, 5.0 * turn, 0.18 * along) + 0.6 * texture.noise(42, 14.0 * turn, 0.5 * along);
+    wood(0.5 + 0.4 * streak)
 }
 
 /// A sawn end with the rings of its years, or a flank with its grain.

@@ -22,7 +22,7 @@ use tropism::simd::{Kernel, dispatch};
 use super::MEGAPASCAL;
 use super::contact::Chain;
 use super::exposure;
-use super::rotation::Rotation;
+use super::rotation::{self, Rotation};
 use super::{Forcing, Rod, Segment, TAPER_CM};
 use crate::individual::Individual;
 use crate::view::WALL;
@@ -59,6 +59,8 @@ struct Row<R> {
     state: Segment<R>,
 
     // Held over a tick.
+    /// 0 in a rigid segment, else 1.
+    mobility: R,
     /// Distance of the middle from the apex, in cm.
     from_apex: R,
     /// Elongation in a sub-step, in cm.
@@ -104,7 +106,9 @@ pub(super) struct Filter<R> {
 /// What is held constant over a tick for each plant.
 #[derive(Clone, Copy, Default)]
 struct Held<R> {
+    /// Rotation and place of the lower end of the lowest row.
     base: [R; 4],
+    base_at: [R; 3],
     /// Place and strength of the lit lamps of each plant; a plant with fewer has lamps of strength 0.
     lamps: [[R; 4]; MAX_LAMPS],
     /// Exponent of the squared irradiance, and the factors of its Taylor series.
@@ -189,8 +193,8 @@ fn share(dt: f64, time_h: f64) -> f64 {
 
 impl<R: Real> Held<R> {
     /// Takes over what is held for the plant in a lane.
-    fn set(&mut self, lane: usize, base: Rotation<f64>, is_among_solids: bool, member: &Member<'_>) {
-        let (forcing, dt) = (member.forcing, member.forcing.dt);
+    fn set(&mut self, lane: usize, member: &Member<'_>) {
+        let (forcing, base, dt) = (member.forcing, &member.rod.base, member.forcing.dt);
         let Individual { motility, tropism, stem, growth, internodal, .. } = member.plant;
         let filter = Filter::of(member.plant, dt);
         let exponent = 0.5 * (tropism.light_exponent - 1.0);
@@ -199,12 +203,15 @@ impl<R: Real> Held<R> {
         for (lamp, ([x, y, z], power)) in lamps.iter_mut().zip(lit(forcing)) {
             *lamp = [x, y, z, power * LAMP_DISTANCE * LAMP_DISTANCE];
         }
-        let (noise, ahead) =
-            (member.noise.map_or(0.0, |(_, sigma)| sigma), if is_among_solids { 0.0 } else { 0.5 * dt });
+        let (noise, ahead) = (
+            member.noise.map_or(0.0, |(_, sigma)| sigma),
+            if member.rod.is_among_solids() { 0.0 } else { 0.5 * dt },
+        );
         let put = |of_lanes: &mut [R], values: &[f64]| {
             of_lanes.iter_mut().zip(values).for_each(|(of_lanes, value)| of_lanes.set_lane(lane, *value));
         };
-        put(&mut self.base, &base.0);
+        put(&mut self.base, &base.rotation.0);
+        put(&mut self.base_at, &base.at);
         put(self.lamps.as_flattened_mut(), lamps.as_flattened());
         put(&mut self.series, &series);
         put(&mut self.filter.gravity, &filter.gravity);
@@ -265,6 +272,8 @@ pub(crate) struct Chains<R> {
     /// Share of the light of each lamp in [`Held::lamps`] that reaches each row; empty where all light reaches all rows.
     exposures: Vec<[R; MAX_LAMPS]>,
     streams: [NoiseStream; LANES],
+    /// Number of segments of each plant below its lowest row.
+    below: [u32; LANES],
     /// Working memory for the contacts of one plant.
     chain: Option<Box<Chain>>,
 }
@@ -279,6 +288,7 @@ impl<R: Real> Chains<R> {
             lit: 0,
             exposures: Vec::new(),
             streams,
+            below: [0; LANES],
             chain: None,
         }
     }
@@ -301,7 +311,10 @@ impl<R: Real> Chains<R> {
 
     /// Puts rods into lanes. Lanes without a plant repeat the first one; nothing comes of them.
     fn load(&mut self, members: &mut [Member<'_>]) {
-        members.iter_mut().for_each(|member| member.rod.split());
+        for member in members.iter_mut() {
+            member.rod.split();
+            member.rod.stiffen(member.plant.stem.rigid_cm);
+        }
         self.most = members.iter().map(|member| member.rod.segments.len()).max().unwrap_or(0);
         let wanted = self.rows.len().max(self.most + 1);
         self.rows.resize(wanted, Row::default());
@@ -309,7 +322,8 @@ impl<R: Real> Chains<R> {
         for lane in 0..R::LANES {
             let member = members.get(lane).unwrap_or(&members[0]);
             let rod = &*member.rod;
-            self.held.set(lane, rod.base, rod.contact.is_some(), member);
+            self.held.set(lane, member);
+            self.below[lane] = rod.foot.len() as u32;
             if let Some((stream, _)) = member.noise {
                 self.streams[lane] = stream;
             }
@@ -322,7 +336,11 @@ impl<R: Real> Chains<R> {
                 for (of_lanes, value) in row.state.numbers_mut().into_iter().zip(segment.numbers()) {
                     of_lanes.set_lane(lane, value);
                 }
-                row.mass.set_lane(lane, if i == member.rod.leaf { member.forcing.leaf_mass } else { 0.0 });
+                row.mass.set_lane(
+                    lane,
+                    if i + member.rod.foot.len() == member.rod.leaf { member.forcing.leaf_mass } else { 0.0 },
+                );
+                row.mobility.set_lane(lane, if i < member.rod.rigid { 0.0 } else { 1.0 });
             }
         }
         self.expose(members);
@@ -380,7 +398,7 @@ impl<R: Real> Chains<R> {
             for (i, row) in self.rows[..n].iter().enumerate() {
                 row.copy_to(chain, i, lane, self.held.relaxed_share.lane(lane));
             }
-            if !contact.press(n, chain, plant, forcing.dt) {
+            if !contact.press(rod.rigid..n, chain, plant, forcing.dt) {
                 continue;
             }
             let [actual1, actual2, rest1, rest2] = contact.bending();
@@ -403,15 +421,12 @@ impl<R: Real> Chains<R> {
         let zero = R::splat(0.0);
         let Self { rows, held, lit, exposures, most, .. } = self;
         let rows = &mut rows[..=*most];
-        let (mut rotation, mut at) = (Rotation(held.base), [zero; 3]);
+        let (mut rotation, mut at) = (Rotation(held.base), held.base_at);
         let (mut drift, mut brightest, mut nearest) = (zero, zero, R::splat(f64::INFINITY));
         let mut halfway = [Rotation(held.base); BLOCK];
         for (number, block) in rows.chunks_mut(BLOCK).enumerate() {
             for (row, halfway) in block.iter().zip(&mut halfway) {
-                let curvature = row.curvature_ahead(held);
-                let half = Rotation::of_bend(curvature, row.state.length);
-                *halfway = rotation.then(half);
-                rotation = rotation.then(half.twice());
+                [*halfway, rotation] = rotation.through(row.curvature_ahead(held), row.state.length);
             }
             for (row, halfway) in block.iter_mut().zip(halfway) {
                 row.orient(halfway, &mut at);
@@ -513,12 +528,7 @@ impl<R: Real> Row<R> {
     fn orient(&mut self, halfway: Rotation<R>, at: &mut [R; 3]) {
         let [d1, d2, along] = halfway.frame();
         (self.d1, self.d2) = (d1, d2);
-        let half = self.state.length * 0.5;
-        for axis in 0..3 {
-            let way = half * along[axis];
-            self.middle[axis] = at[axis] + way;
-            at[axis] = self.middle[axis] + way;
-        }
+        self.middle = rotation::pass(at, along, self.state.length);
     }
 
     /// Irradiance: lamps are point sources (inverse-square law) whose irradiance vectors add up. `exposure` is the share of
@@ -644,7 +654,7 @@ impl<R: Real> Kernel for Begin<'_, R> {
 
     #[inline(always)]
     fn run(self) {
-        let Chains { rows, held, most, streams, .. } = self.chains;
+        let Chains { rows, held, most, streams, below, .. } = self.chains;
         let (zero, held) = (R::splat(0.0), &**held);
         // Elongation is distributed by the logistic growing zone.
         let (mut above, mut weight) = (zero, zero);
@@ -652,7 +662,7 @@ impl<R: Real> Kernel for Begin<'_, R> {
             let from_apex = above + row.state.length * 0.5;
             above += row.state.length;
             let share = math::logistic((held.growth_zone - from_apex) * (1.0 / GROWTH_EDGE_CM));
-            row.elongation = row.state.length * share;
+            row.elongation = row.state.length * share * row.mobility;
             weight += row.elongation;
         }
         let rate = held.elongation / weight;
@@ -663,10 +673,10 @@ impl<R: Real> Kernel for Begin<'_, R> {
             row.from_apex = above + length * 0.5;
             above += length;
             let own = math::logistic((held.motile_zone - row.from_apex) * held.per_edge);
-            let motility = R::select(held.is_internodal.gt(zero), row.motility, own);
-            let number = 2 * number as u32;
+            let motility = R::select(held.is_internodal.gt(zero), row.motility, own) * row.mobility;
             for (towards, rest) in row.state.rest.iter_mut().enumerate() {
-                let drawn = R::from_fn(|lane| streams[lane].normal(number + towards as u32));
+                let numbered = |lane| 2 * (below[lane] + number as u32) + towards as u32;
+                let drawn = R::from_fn(|lane| streams[lane].normal(numbered(lane)));
                 *rest += motility * held.noise * drawn;
             }
             row.motility = motility * held.growth_step;
@@ -676,7 +686,7 @@ impl<R: Real> Kernel for Begin<'_, R> {
             let area = radius * radius;
             row.mass += area * length * (DENSITY * PI);
             let stiffening = held.modulus * math::exp(row.from_apex * held.per_modulus_length);
-            row.compliance = R::splat(1.0) / (held.mature * stiffening.min(R::splat(1.0)) * area * area);
+            row.compliance = row.mobility / (held.mature * stiffening.min(R::splat(1.0)) * area * area);
         }
     }
 }

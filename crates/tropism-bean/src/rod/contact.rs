@@ -13,6 +13,8 @@
 //! # References
 //! Jean 1999, doi:10.1016/S0045-7825(98)00383-1: contact and Coulomb friction by an implicit step and projected Gauss-Seidel.
 
+use core::ops::Range;
+
 use tropism::math::vector::{Vec3, add, cross, dot, norm, normalize_or, scale, sub};
 use tropism::obstacle::Solid;
 use tropism::simd::{Kernel, dispatch};
@@ -101,9 +103,9 @@ impl Touch {
         add(normal, add(along, across))
     }
 
-    /// Place along the stem, counted in segments.
-    fn place(&self) -> f64 {
-        self.segment as f64 + self.share
+    /// Distance from another along the stem, counted in segments.
+    fn apart(&self, other: &Self) -> f64 {
+        ((self.segment as f64 - other.segment as f64) + (self.share - other.share)).abs()
     }
 }
 
@@ -151,7 +153,7 @@ impl Kernel for Solve<'_> {
 }
 
 /// Segments that are computed side by side. Chosen: two vectors of AVX2.
-const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = 8;
 /// Parts of so many segments.
 const PARTS: usize = MAX_SEGMENTS.div_ceil(WIDTH);
 
@@ -260,6 +262,25 @@ impl Contact {
         }
     }
 
+    /// The lowest `count` segments are gone. None of them is touched.
+    pub(super) fn drop_lowest(&mut self, count: usize) {
+        self.looks.iter_mut().for_each(|looks| drop(looks.drain(..count.min(looks.len()))));
+        self.touches.iter_mut().for_each(|touch| touch.segment -= count);
+    }
+
+    /// Whether a segment presses on a solid.
+    pub(super) fn presses(&self, segment: usize) -> bool {
+        self.touches.iter().any(|touch| touch.segment == segment && touch.force[0] > 0.0)
+    }
+
+    /// The topmost point that bears a force: its segment and where in it, from 0 to 1.
+    pub(super) fn topmost(&self) -> Option<(usize, f64)> {
+        let pressed = self.touches.iter().filter(|touch| touch.force[0] > 0.0);
+        pressed
+            .map(|touch| (touch.segment, touch.share))
+            .max_by(|one, other| one.0.cmp(&other.0).then(one.1.total_cmp(&other.1)))
+    }
+
     /// Whether the rod must be looked at in this sub-step; else a sub-step passes without.
     pub(super) fn is_due(&mut self) -> bool {
         if self.waits.contains(&0) {
@@ -270,13 +291,19 @@ impl Contact {
         false
     }
 
-    /// Finds the points at which a rod of `n` segments is near solids, and their forces in a sub-step of `dt` hours. Returns
-    /// whether there are any; then [`Self::bending`] says how they bend the rod.
-    pub(super) fn press(&mut self, n: usize, segments: &Chain, plant: &Individual, dt: f64) -> bool {
+    /// Finds the points at which the mobile segments of a rod are near solids, and their forces in a sub-step of `dt` hours.
+    /// Returns whether there are any; then [`Self::bending`] says how they bend the rod.
+    pub(super) fn press(
+        &mut self,
+        mobile: Range<usize>,
+        segments: &Chain,
+        plant: &Individual,
+        dt: f64,
+    ) -> bool {
         std::mem::swap(&mut self.work.before, &mut self.touches);
         self.touches.clear();
         for number in 0..self.solids.len() {
-            self.find_of(number, n, segments, plant, dt);
+            self.find_of(number, mobile.clone(), segments, plant, dt);
         }
         let last = self.touches.iter().map(|touch| touch.segment).max();
         last.is_some_and(|last| dispatch(Solve { contact: self, last, segments, plant, dt }))
@@ -289,16 +316,16 @@ impl Contact {
     }
 
     /// Finds the points of the rod that are near one solid.
-    fn find_of(&mut self, number: usize, n: usize, rod: &Chain, plant: &Individual, dt: f64) {
+    fn find_of(&mut self, number: usize, mobile: Range<usize>, rod: &Chain, plant: &Individual, dt: f64) {
         if self.waits[number] > 0 {
             self.waits[number] -= 1;
             return;
         }
-        self.looks[number].resize(n, Look::default());
+        self.looks[number].resize(mobile.end, Look::default());
         let thickest = plant.stem.radius_apex.max(plant.stem.radius_base);
         // How far any segment is from being near.
         let mut least = f64::INFINITY;
-        for i in 0..n {
+        for i in mobile.clone() {
             let middle = frame(&rod.middle, i);
             let look = &mut self.looks[number][i];
             let mut free = look.free - norm(sub(middle, look.middle));
@@ -309,7 +336,7 @@ impl Contact {
                 free = (distance - thickest - REACH_CM) / SLACK - half;
                 *look = Look { middle, free };
                 if free <= 0.0 {
-                    self.touch(number, i, n, rod, plant, (distance, normal));
+                    self.touch(number, i, &mobile, rod, plant, (distance, normal));
                 }
             }
             least = least.min(free);
@@ -324,7 +351,7 @@ impl Contact {
         &mut self,
         number: usize,
         i: usize,
-        n: usize,
+        mobile: &Range<usize>,
         rod: &Chain,
         plant: &Individual,
         of_middle: (f64, Vec3),
@@ -344,14 +371,14 @@ impl Contact {
         let beyond = if slope < 0.0 { 1.0 } else { 0.0 };
         let end = look(beyond);
         let (share, (distance, normal, slope)) = if slope < 0.0 && end.2 <= 0.0 {
-            if i + 1 < n {
+            if i + 1 < mobile.end {
                 return;
             }
             (1.0, end)
         } else if slope >= 0.0 && end.2 >= 0.0 {
             // If the segment below has a nearest point of its own, its end is none.
             let is_below = |touch: &Touch| touch.solid == number && touch.segment + 1 == i;
-            if i == 0 || self.touches.last().is_some_and(is_below) {
+            if i == mobile.start || self.touches.last().is_some_and(is_below) {
                 return;
             }
             (0.0, end)
@@ -388,10 +415,9 @@ impl Contact {
     /// Gives each contact the force of the nearest one of the sub-step before.
     fn start_from_before(&mut self) {
         for touch in &mut self.touches {
-            let apart = |other: &Touch| (other.place() - touch.place()).abs();
             let same = self.work.before.iter_mut().filter(|other| other.solid == touch.solid);
-            let nearest = same.min_by(|one, other| apart(one).total_cmp(&apart(other)));
-            if let Some(nearest) = nearest.filter(|other| apart(other) < 1.0) {
+            let nearest = same.min_by(|one, other| one.apart(touch).total_cmp(&other.apart(touch)));
+            if let Some(nearest) = nearest.filter(|other| other.apart(touch) < 1.0) {
                 let pull = nearest.pull();
                 touch.force = touch.axes.map(|axis| dot(axis, pull));
                 touch.force[0] = touch.force[0].max(0.0);
@@ -512,6 +538,10 @@ impl Contact {
                 let change = [change, held[0] - force[1], held[1] - force[2]];
                 changed = changed.max(change[1].abs().max(change[2].abs()) * stiff);
                 self.touches[number].force = [pressed, held[0], held[1]];
+                // Most points that could bear a force bear none.
+                if change == [0.0; 3] {
+                    continue;
+                }
                 for &other in &*active {
                     residues[other] = add(residues[other], product(&blocks[other * count + number], change));
                 }

@@ -1,6 +1,19 @@
-//! Rotations of the material frame along the stem.
+//! Rotations of the material frame along the stem, and places along it.
 
 use tropism::math::Real;
+
+/// Moves `at` from the lower end of a straight segment in direction `along` to its upper end. Returns its middle.
+#[inline(always)]
+pub(super) fn pass<R: Real>(at: &mut [R; 3], along: [R; 3], length: R) -> [R; 3] {
+    let half = length * 0.5;
+    let mut middle = *at;
+    for axis in 0..3 {
+        let way = half * along[axis];
+        middle[axis] += way;
+        at[axis] = middle[axis] + way;
+    }
+    middle
+}
 
 /// A rotation: a unit quaternion (w, x, y, z) in the coordinates (d1, d2, t) of the upright base.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +52,13 @@ impl<R: Real> Rotation<R> {
         let Self([w, x, y, z]) = self;
         let double = w + w;
         Self([w * w - x * x - y * y, double * x, double * y, z])
+    }
+
+    /// Goes along a segment from its lower end: the rotations at its middle and at its upper end.
+    #[inline(always)]
+    pub(super) fn through(self, curvature: [R; 2], length: R) -> [Self; 2] {
+        let half = Self::of_bend(curvature, length);
+        [self.then(half), self.then(half.twice())]
     }
 
     /// d1, d2 and t in world coordinates: x is d1 of the upright base, y its t, z its d2 reversed.

@@ -44,6 +44,7 @@ fn depth(bean: &Bean, solids: &[Solid]) -> f64 {
             let radius = pair[0].radius + share * (pair[1].radius - pair[0].radius);
             for solid in solids {
                 let clear = match solid {
+                    Solid::Bar(bar) => bar.distance_and_normal([x, y, z]).0,
                     Solid::Pole(pole) => hypot(x - pole.at[0], z - pole.at[1]).max(0.0) - pole.radius_cm,
                     // In the plane of the picture what is nearer is larger.
                     Solid::Plane(obstacle) => obstacle.distance(project([x, y, z])) * (74.0 - z) / 74.0,

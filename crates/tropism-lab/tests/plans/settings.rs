@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use tropism::geometry::{Pixel, Point};
 use tropism::lamps::Layout;
-use tropism::obstacle::{Obstacle, Pole, Solid};
+use tropism::obstacle::{Bar, Obstacle, Pole, Solid};
 use tropism::task::Task;
 use tropism::vision::camera::calibration::Calibration;
 use tropism::vision::{Mode, VisionConfig};
@@ -81,6 +81,11 @@ fn obstacles_come_back() {
     comes_back(&Obstacle::Line { ends: [a, b] });
     let pole = Pole { at: [1.0, -2.0], radius_cm: 0.3, height_cm: f64::INFINITY };
     assert_eq!(comes_back(&Solid::Pole(pole)), "pole = [1.0, -2.0]\nradius_cm = 0.3\n");
+    let bar = Bar { ends: [[2.0, 0.0, 0.0], [30.0, 28.0, 0.5]], radius_cm: 0.4 };
+    let text = comes_back(&Solid::Bar(bar));
+    assert_eq!(text, "bar = [[2.0, 0.0, 0.0], [30.0, 28.0, 0.5]]\nradius_cm = 0.4\n");
+    let both = text + "height_cm = 3.0\n";
+    assert!(toml::from_str::<Solid>(&both).unwrap_err().to_string().contains("a bar is"));
 }
 
 #[test]

@@ -7,8 +7,9 @@ use super::{Past, Score, Task};
 use crate::check::{OutOfRange, ensure};
 use crate::geometry::space::SpacePoint;
 use crate::math::atan2;
+use crate::math::vector::{dot, sub};
 use crate::observation::Observation;
-use crate::obstacle::Pole;
+use crate::obstacle::{Bar, Pole};
 use crate::track::Track;
 
 /// A pole round which the stem is to wind.
@@ -38,16 +39,40 @@ impl Pole {
     pub fn turns_of(&self, stem: &[SpacePoint]) -> f64 {
         let [x, z] = self.at;
         // Seen from above, x points right and z down.
-        let angles = stem.iter().map(|point| atan2(z - point[2], point[0] - x));
-        let mut turned = 0.0;
-        let mut last = None;
-        for angle in angles {
-            let change: f64 = angle - last.unwrap_or(angle);
-            turned += change - core::f64::consts::TAU * (change / core::f64::consts::TAU).round();
-            last = Some(angle);
-        }
-        turned / core::f64::consts::TAU
+        turns_by(stem.iter().map(|point| atan2(z - point[2], point[0] - x)))
     }
+}
+
+impl Bar {
+    /// Turns of a stem (cm, from the base up) round the bar's axis: above 0 counter-clockwise, seen from its second end. Between
+    /// two points of the stem less than half a turn is taken for granted.
+    ///
+    /// ```
+    /// use tropism::obstacle::Bar;
+    /// let bar = Bar { ends: [[1.3, 0.0, 0.0], [1.3, 40.0, 0.0]], radius_cm: 1.0 };
+    /// let stem = [[0.0, 0.0, 0.0], [1.3, 5.0, 1.3], [2.6, 10.0, 0.0]]; // from the left, in front, to the right
+    /// assert!((bar.turns_of(&stem) - 0.5).abs() < 1e-12);
+    /// ```
+    #[must_use]
+    pub fn turns_of(&self, stem: &[SpacePoint]) -> f64 {
+        let across = self.across();
+        turns_by(stem.iter().map(|point| {
+            let [first, second] = across.map(|direction| dot(sub(*point, self.ends[0]), direction));
+            atan2(second, first)
+        }))
+    }
+}
+
+/// Turns from angle to angle, in rad, each less than half a turn.
+fn turns_by(angles: impl Iterator<Item = f64>) -> f64 {
+    let mut turned = 0.0;
+    let mut last = None;
+    for angle in angles {
+        let change: f64 = angle - last.unwrap_or(angle);
+        turned += change - core::f64::consts::TAU * (change / core::f64::consts::TAU).round();
+        last = Some(angle);
+    }
+    turned / core::f64::consts::TAU
 }
 
 /// Turns in either direction of what is seen; 0 where no stem is seen in space.
