@@ -8,8 +8,8 @@
 //! 4. It is done for good when it sees the plant, when the next node sees it, or when it was lit for `give_up_h`.
 //!
 //! Faults add three: a node whose lamp stays dark counts as done at once, so that the others still lead the plant. A node takes
-//! over from one that died while it was lit. A node that is done stays lit while the next one is dead and never was lit, for
-//! then nobody takes over.
+//! over from one that died while it was lit. A node that is done stays lit while the next one is dead and was neither lit nor
+//! done, for then nobody takes over.
 
 use serde::{Deserialize, Serialize};
 
@@ -99,7 +99,8 @@ impl NodeController for StateMachine {
         let give_up_h = self.settings.give_up_h * if comes_early { 2.0 } else { 1.0 };
         let has_passed = view.next.is_some_and(|next| next.says(|message| message.sees || message.done));
         self.done |= is_called && (echo.sees || has_passed || self.lit_h >= give_up_h || self.lamp_is_dead);
-        let holds = self.done && view.next.is_some_and(|next| !next.is_alive && !has_died_lit(&next));
+        let has_begun = |node: &Neighbour<'_>| node.says(|message| message.level > 0 || message.done);
+        let holds = self.done && view.next.is_some_and(|next| !next.is_alive && !has_begun(&next));
         let is_lit = is_called && (!self.done || holds);
         if is_lit && !self.done {
             self.lit_h += view.period_h;
@@ -193,13 +194,12 @@ mod tests {
         let message = node.step(&NodeView { next: next(false), ..view(288) });
         assert!(message.done && message.level == FULL, "done, but nobody goes on");
         assert_eq!(node.step(&NodeView { next: next(true), ..view(289) }).level, 0);
+        let dead = |message| Some(Neighbour { message: Some(message), is_alive: false });
         let lit = NodeMessage { level: 255, ..sees };
-        let died_lit = Some(Neighbour { message: Some(&lit), is_alive: false });
-        assert_eq!(
-            node.step(&NodeView { next: died_lit, ..view(290) }).level,
-            0,
-            "the one after it takes over"
-        );
+        let done = NodeMessage { done: true, ..sees };
+        let mut level = |next, step| node.step(&NodeView { next, ..view(step) }).level;
+        assert_eq!(level(dead(&lit), 290), 0, "the one after it takes over");
+        assert_eq!(level(dead(&done), 291), 0, "the plant has passed it");
     }
 
     #[test]
