@@ -102,8 +102,8 @@ impl NodeProcess {
         format!("tropism/wall/{}/start", self.experiment)
     }
 
-    /// Runs the node until `is_over`. While the broker is away the node keeps its state, and its lamp goes dark by its own
-    /// timer. `watch` hears each message.
+    /// Runs the node until `is_over`. Its first step comes a period after the first connection. While the broker is away later
+    /// the node keeps its state, and its lamp goes dark by its own timer. `watch` hears each message.
     ///
     /// `step_of` is the number of the present step: of a clock that goes on over restarts, as numbers must grow.
     ///
@@ -130,12 +130,16 @@ impl NodeProcess {
         let mut heard = Heard::default();
         let (mut is_connected, mut was_connected, mut has_restarted) = (false, false, false);
         let begun = Instant::now();
-        // Retained messages arrive before the first step.
-        let mut next_step = begun + self.period;
+        let mut next_step = begun;
         while !is_over() {
-            let wait = next_step.saturating_duration_since(Instant::now()).min(LOOK);
+            let wait = if was_connected { next_step.saturating_duration_since(Instant::now()) } else { LOOK };
+            let wait = wait.min(LOOK);
             match connection.recv_timeout(wait) {
                 Ok(Ok(Event::Incoming(Packet::ConnAck(_)))) => {
+                    if !was_connected {
+                        // What is retained, its own memory too, arrives before the first step.
+                        next_step = Instant::now() + self.period;
+                    }
                     (is_connected, was_connected) = (true, true);
                     self.subscribe(&client, &alive).map_err(problem)?;
                 }
@@ -154,7 +158,7 @@ impl NodeProcess {
                     return Err(problem("the connection ended".to_owned()));
                 }
             }
-            if Instant::now() < next_step {
+            if !was_connected || Instant::now() < next_step {
                 continue;
             }
             next_step += self.period;
