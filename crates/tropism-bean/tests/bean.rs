@@ -2,6 +2,8 @@
 
 #[path = "bean/calibrate.rs"]
 mod calibrate;
+#[path = "bean/climb.rs"]
+mod climb;
 #[path = "bean/contact.rs"]
 mod contact;
 #[path = "bean/fault.rs"]
