@@ -6,7 +6,8 @@
 //! - `leaning`: turns round bars that lean, in the dark;
 //! - `fork`: the arm that is taken where a pole forks into two arms at 45 degrees, in the dark and with a lamp at either arm.
 //!
-//! `cargo run --release -p tropism-bean --example climb [DAYS [PLANTS [SCENE]]]`; two days, two plants and all scenes by default.
+//! `cargo run --release -p tropism-bean --example climb [DAYS [PLANTS [SCENE [SUBSTEP_S]]]]`; two days, two plants, all
+//! scenes and sub-steps of 30 s by default.
 
 use std::env;
 
@@ -19,7 +20,7 @@ use tropism_bean::{Bean, Species, Stem};
 
 /// Radius of all supports, in cm.
 const RADIUS_CM: f64 = 0.4;
-/// Sub-step, in s: twice that of a bean among solids.
+/// Sub-step by default, in s: twice that of a bean among solids.
 const SUBSTEP_S: f64 = 30.0;
 /// Height of the fork, length of its arms, and distance of a lamp beyond the end of its arm, in cm.
 const FORK_CM: [f64; 3] = [25.0, 40.0, 3.0];
@@ -33,8 +34,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let days: f64 = arguments.first().map_or(Ok(2.0), |days| days.parse())?;
     let plants: u64 = arguments.get(1).map_or(Ok(2), |plants| plants.parse())?;
     let is_asked = |name: &str| arguments.get(2).is_none_or(|scene| scene == name);
+    let substep_s: f64 = arguments.get(3).map_or(Ok(SUBSTEP_S), |seconds| seconds.parse())?;
     let species: Species = toml::from_str(include_str!("../../../beans/climber.toml"))?;
-    let scene = Scene { species, days, plants };
+    let scene = Scene { species, days, plants, substep_s };
     println!("{plants} virtual plants, {days} days");
     if is_asked("upright") {
         scene.wind(0.0, true);
@@ -42,14 +44,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if is_asked("settings") {
         for (rigid_cm, substep_s) in [(18.0, 15.0), (18.0, 30.0), (18.0, 60.0), (20.0, 30.0), (25.0, 30.0)] {
             let mut scene = scene.clone();
-            scene.species.typical.stem.rigid_cm = Some(rigid_cm);
-            let turns = mean(scene.turns(substep_s));
+            (scene.species.typical.stem.rigid_cm, scene.substep_s) = (Some(rigid_cm), substep_s);
+            let turns = mean(scene.turns());
             println!("rigid_cm = {rigid_cm}, sub-step of {substep_s} s: {turns:.2} turns a plant");
         }
         let mut thin = scene.clone();
         let stem = &mut thin.species.typical.stem;
         *stem = Stem { modulus_mpa: 3.0, radius_apex: 0.04, radius_base: 0.055, tip_g: 0.02, ..stem.clone() };
-        println!("stem of a pole bean: {:.2} turns a plant", mean(thin.turns(SUBSTEP_S)));
+        println!("stem of a pole bean: {:.2} turns a plant", mean(thin.turns()));
     }
     if is_asked("leaning") {
         [0.0, 10.0, 20.0, 30.0, 45.0, 60.0].into_iter().for_each(|lean_deg| scene.wind(lean_deg, false));
@@ -66,6 +68,7 @@ struct Scene {
     species: Species,
     days: f64,
     plants: u64,
+    substep_s: f64,
 }
 
 /// A bar from `from` on that leans to the right.
@@ -91,7 +94,7 @@ impl Scene {
     }
 
     fn seedling(&self, seed: u64, solids: &[Solid]) -> Bean {
-        Bean::new(self.species.draw(seed, 1.0), seed).among(solids).with_substep(SUBSTEP_S)
+        Bean::new(self.species.draw(seed, 1.0), seed).among(solids).with_substep(self.substep_s)
     }
 
     /// A seedling, and a bar that passes 1.5 cm before it at a height of 8 cm.
@@ -102,10 +105,9 @@ impl Scene {
     }
 
     /// Turns of each plant round an upright bar.
-    fn turns(&self, substep_s: f64) -> impl Iterator<Item = f64> {
-        (1..=self.plants).map(move |seed| {
-            let (bar, bean) = self.beside_a_bar(seed, 0.0);
-            let mut bean = bean.with_substep(substep_s);
+    fn turns(&self) -> impl Iterator<Item = f64> {
+        (1..=self.plants).map(|seed| {
+            let (bar, mut bean) = self.beside_a_bar(seed, 0.0);
             self.grow(&mut bean, &[]);
             bar.turns_of(&stem(&bean))
         })
