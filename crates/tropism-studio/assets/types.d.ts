@@ -380,6 +380,8 @@ export interface Models {
 
 /** One obstacle. */
 export interface Obstacle {
+  /** Ends of the axis of a round bar in space, in cm: x to the right, y up, z towards the camera. */
+  bar?: [[number, number, number], [number, number, number]] | null;
   /** Two opposite corners of a box with sides along x and y, in cm. */
   box?: [Point, Point] | null;
   /** Centre of a disc, such as a rod seen from its end, in cm. */
@@ -390,7 +392,7 @@ export interface Obstacle {
   line?: [Point, Point] | null;
   /** Axis of an upright pole, in cm: x to the right, z towards the camera. */
   pole?: [number, number] | null;
-  /** Radius of the disc or the pole, in cm above 0. */
+  /** Radius of the disc, the pole or the bar, in cm above 0. */
   radius_cm?: number | null;
 }
 
