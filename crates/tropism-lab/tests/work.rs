@@ -100,7 +100,7 @@ fn comes_to_the_same<W: Work>(plan: impl Fn(PathBuf) -> W) -> usize {
     let mut work = plan(broken_off.clone());
     for times in 0.. {
         // Each time three times as many, as a unit may take more than one that was interrupted.
-        match work.execute(&Until(AtomicU64::new(5 * 3_u64.pow(times)))) {
+        match work.execute(&Until(AtomicU64::new(50 * 3_u64.pow(times)))) {
             Ok(_) => break,
             Err(Error::Interrupted { folder }) => {
                 assert_eq!(folder, broken_off);

@@ -2,8 +2,8 @@
 //!
 //! A [`Work`] says what its record is, which units it has, what one of them does, and how results are collected from the
 //! folder. The rest is said here once: who may work in a folder, what "the same work" means, what is done already, and three
-//! ways to execute all: the threads of this program ([`Workflow::execute`]), a program for each unit ([`UnitPlan`]), and from Python the
-//! workers of a cluster, each of which executes a [`UnitPlan`]. All come to the same bits.
+//! ways to execute all: the threads of this program ([`Workflow::execute`]), a program for each unit ([`UnitPlan`]), and from
+//! Python the workers of a cluster, each of which executes a [`UnitPlan`]. All come to the same bits.
 
 mod claim;
 mod drive;
