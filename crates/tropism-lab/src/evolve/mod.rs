@@ -288,9 +288,7 @@ impl EvolvePlan {
     /// The files that are written to [`out`](Self::out), but for those of single runs.
     #[must_use]
     pub fn outputs(&self) -> Vec<PathBuf> {
-        ["evolution.toml", "champion.json", "history.csv", "summary.json"]
-            .map(|name| self.out.join(name))
-            .into()
+        [Self::RECORD, "champion.json", "history.csv", "summary.json"].map(|name| self.out.join(name)).into()
     }
 
     /// What a run that was asked to end says.

@@ -457,7 +457,7 @@ impl ReplicatesPlan {
             config: ReplicatesConfig,
             tasks: Vec<Task>,
         }
-        let Record { config, tasks } = files::read_toml(&out.join("replicates.toml"))?;
+        let Record { config, tasks } = files::read_toml(&out.join(Self::RECORD))?;
         Ok(config.scenarios.into_iter().map(|scenario| scenario.name).zip(tasks).collect())
     }
 

@@ -260,7 +260,7 @@ impl TransferPlan {
     /// The files that are written to [`out`](Self::out), but for the tracks.
     #[must_use]
     pub fn outputs(&self) -> Vec<PathBuf> {
-        ["transfer.toml", "plants.csv", "transfer.json", "report.html"].map(|name| self.out.join(name)).into()
+        [Self::RECORD, "plants.csv", "transfer.json", "report.html"].map(|name| self.out.join(name)).into()
     }
 
     /// Whether the task is such as the paper's and scored by eq. (9): the shares of plants with a fitness under 9 and 6 cm mean

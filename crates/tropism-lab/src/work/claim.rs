@@ -60,8 +60,7 @@ fn check_free<W: Work>(folder: &Path) -> Result<(), Error> {
             W::NAME
         )));
     }
-    let results = || W::RESULTS.iter().map(|name| folder.join(name)).find(|path| path.exists());
-    match results() {
+    match W::RESULTS.iter().map(|name| folder.join(name)).find(|path| path.exists()) {
         Some(path) if !folder.join(W::RECORD).exists() => Err(Error::Plan(format!(
             "{}: a file is here already, but no {} beside it: choose a new folder (`out`)",
             path.display(),

@@ -42,18 +42,22 @@ fn execute_all(begun: &impl Units, folder: &Path, monitor: &dyn Monitor) -> Resu
     let stages = begun.stages();
     for (number, stage) in stages.iter().enumerate() {
         let started = Instant::now();
-        let title = |place: usize, of: usize| format!("{}/{of}", place + 1);
-        let done = if stages.len() > 1 {
-            let titled = Titled { monitor, title: title(number, stages.len()) };
-            execute_stage(begun, number, stage, folder, &titled)
-        } else {
+        let done = titled(monitor, number, stages.len(), |monitor| {
             execute_stage(begun, number, stage, folder, monitor)
-        };
+        });
         let seconds = started.elapsed().as_secs_f64();
         begun.reached(&Milestone::StageEnded { stage: number, seconds, is_done: done.is_ok() }, monitor)?;
         done?;
     }
     Ok(())
+}
+
+/// Does the part of number `place`, from 0, of `count` under a monitor that shows which part it is, where there are several.
+fn titled<T>(monitor: &dyn Monitor, place: usize, count: usize, part: impl FnOnce(&dyn Monitor) -> T) -> T {
+    if count == 1 {
+        return part(monitor);
+    }
+    part(&Titled { monitor, title: format!("{}/{count}", place + 1) })
 }
 
 fn execute_stage(
@@ -79,12 +83,7 @@ fn execute_stage(
         begun.execute(place, monitor)
     };
     if stage.pace == Pace::Nested {
-        return (0..count).try_for_each(|one| {
-            if count == 1 {
-                return unit(one, monitor);
-            }
-            unit(one, &Titled { monitor, title: format!("{}/{count}", one + 1) })
-        });
+        return (0..count).try_for_each(|one| titled(monitor, one, count, |monitor| unit(one, monitor)));
     }
     monitor.stage(&stage.name, stage.units.iter().map(|unit| unit.size).sum());
     match stage.pace {
