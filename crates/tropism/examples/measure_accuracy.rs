@@ -56,12 +56,14 @@ const USUAL: Case = Case {
     spread: 0.0,
 };
 
-const CASES: [Case; 17] = [
+const CASES: [Case; 19] = [
     Case { name: "no forcing, 0.005 cm", forcing: 0.0, noise: 0.005, ..USUAL },
     USUAL,
     Case { name: "25 frames", frames: 25, ..USUAL },
     Case { name: "edge 2 cm", edge: 2.0, ..USUAL },
     Case { name: "bell-shaped zone", is_bell: true, ..USUAL },
+    Case { name: "bell-shaped zone, tilt 20", is_bell: true, tilt_deg: 20.0, start_tip_deg: 20.0, ..USUAL },
+    Case { name: "bell-shaped zone, 25 frames", is_bell: true, frames: 25, ..USUAL },
     Case { name: "3 h", hours: 3.0, frames: 37, ..USUAL },
     Case { name: "24 h", hours: 24.0, frames: 289, ..USUAL },
     Case { name: "B = 1", beta: 0.1, ..USUAL },
@@ -225,13 +227,21 @@ fn groups(case: &Case, results: &[Measurement]) {
                 let values: Vec<f64> =
                     places[..size].iter().filter_map(|&plant| of_plant(&results[plant])).collect();
                 let mean = group::geometric_mean(symbol, &values);
+                // Too few of its plants are measured.
+                if mean.status == Status::NotIdentified {
+                    continue;
+                }
                 holds += usize::from((mean.interval[0]..=mean.interval[1]).contains(&truth));
                 halves.push((mean.interval[1] / mean.interval[0]).sqrt() - 1.0);
             }
             let half = tropism::math::statistics::median(&halves);
             line += &format!(
                 "{:>22}",
-                format!("{:.0} % hold, \u{b1}{:.0} %", 100.0 * holds as f64 / GROUPS as f64, 100.0 * half)
+                format!(
+                    "{:.0} % hold, \u{b1}{:.0} %",
+                    100.0 * holds as f64 / halves.len() as f64,
+                    100.0 * half
+                )
             );
         }
         println!("{line}");

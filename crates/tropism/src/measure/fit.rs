@@ -30,6 +30,8 @@ const STEPS: [usize; ROUNDS] = [5, 5, 15];
 const ROUNDS: usize = 3;
 /// Calls of the likelihood in the first and in each later round. Chosen by hand, for time: what more calls gain was not measured.
 const LIKELIHOOD_CALLS: [usize; 2] = [160, 60];
+/// Depth over which the sensitivity of an even zone rises, over the length of the zone: far less than a segment.
+pub(super) const NO_RISE: f64 = 1e-3;
 /// Step of the finite differences.
 const DIFFERENCE: f64 = 1e-5;
 
@@ -38,6 +40,8 @@ const DIFFERENCE: f64 = 1e-5;
 pub(super) enum Hypothesis {
     /// The plant responds.
     Response,
+    /// It does, with a zone that is even from the apex on.
+    EvenZone,
     /// It does not: beta, gamma and nu are 0.
     NoResponse,
 }
@@ -125,15 +129,18 @@ impl Fit {
         let data = Data::of(record);
         let mut fitting = Fitting::new(record, &rod, &data, hypothesis);
         fitting.begin(record);
-        for round in 0..ROUNDS {
-            let linear = fitting.linearised(rod.unknowns());
-            fitting.choose_forcing(&linear, record.duration_h(), LIKELIHOOD_CALLS[round.min(1)]);
-            for _ in 0..STEPS[round] {
-                if !fitting.step(rod.unknowns()) {
-                    break;
-                }
-            }
-        }
+        (0..ROUNDS).for_each(|round| fitting.round(record, round));
+        fitting.finish()
+    }
+
+    /// The same fit with a zone that is even from the apex on.
+    pub(super) fn with_even_zone(&self, record: &StemRecord) -> Self {
+        let data = Data::of(record);
+        let mut fitting = Fitting::new(record, &self.rod, &data, Hypothesis::EvenZone);
+        fitting.unknowns.clone_from(&self.unknowns);
+        fitting.unknowns[LN_RISE] = fitting.prior.mean[LN_RISE];
+        fitting.take_forcing(self.forcing);
+        fitting.round(record, ROUNDS - 1);
         fitting.finish()
     }
 }
@@ -183,6 +190,9 @@ impl<'a> Fitting<'a> {
             mean[LN_TAU] = ln(duration / 40.0);
             sd[LN_TAU] = 1.5;
         }
+        if hypothesis == Hypothesis::EvenZone {
+            (mean[LN_RISE], sd[LN_RISE]) = (ln(NO_RISE), 1e-3);
+        }
         if hypothesis == Hypothesis::NoResponse {
             for rate in [LN_BETA, LN_GAMMA] {
                 mean[rate] -= 9.0;
@@ -230,6 +240,18 @@ impl<'a> Fitting<'a> {
             let squares: f64 = self.residuals(&self.unknowns).iter().map(|r| r * r).sum();
             self.forcing.0[NOISE] = 0.5 * ln((squares / self.data.across.len() as f64).max(1e-10));
             if !self.step(self.rod.rod_unknowns()) {
+                break;
+            }
+        }
+    }
+
+    /// The forcing anew, and then the steps of a round.
+    fn round(&mut self, record: &StemRecord, round: usize) {
+        let free = self.rod.unknowns();
+        let linear = self.linearised(free);
+        self.choose_forcing(&linear, record.duration_h(), LIKELIHOOD_CALLS[round.min(1)]);
+        for _ in 0..STEPS[round] {
+            if !self.step(free) {
                 break;
             }
         }
@@ -416,8 +438,12 @@ impl<'a> Fitting<'a> {
         let step = if calls == LIKELIHOOD_CALLS[0] { 0.6 } else { 0.2 };
         let found =
             minimised(start.0, step, calls, |numbers| function(&Forcing(numbers)).unwrap_or(f64::INFINITY));
-        self.forcing = Forcing(found);
-        if let Some((precision, _)) = self.forcing.precision(self.rod.knots, self.rod.knot_h) {
+        self.take_forcing(Forcing(found));
+    }
+
+    fn take_forcing(&mut self, forcing: Forcing) {
+        self.forcing = forcing;
+        if let Some((precision, _)) = forcing.precision(self.rod.knots, self.rod.knot_h) {
             self.forcing_precision = precision;
         }
     }
