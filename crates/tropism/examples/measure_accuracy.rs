@@ -35,6 +35,11 @@ struct Case {
     delay_h: f64,
     /// Spread of beta, gamma and zone between plants.
     spread: f64,
+    /// Response to lamps at the sides, and its memory in h.
+    nu: f64,
+    tau: f64,
+    /// When the lamps change sides, in h.
+    changes: &'static [f64],
 }
 
 const USUAL: Case = Case {
@@ -54,9 +59,22 @@ const USUAL: Case = Case {
     forcing: 1.0,
     delay_h: 0.0,
     spread: 0.0,
+    nu: 0.0,
+    tau: 0.5,
+    changes: &[],
 };
 
-const CASES: [Case; 19] = [
+/// An upright plant whose lamps change sides at irregular times.
+const LIT: Case = Case {
+    name: "lamps, 6 changes",
+    tilt_deg: 0.0,
+    start_tip_deg: 0.0,
+    nu: 0.4,
+    changes: &[1.0, 2.5, 5.5, 7.0, 8.0, 10.5],
+    ..USUAL
+};
+
+const CASES: [Case; 24] = [
     Case { name: "no forcing, 0.005 cm", forcing: 0.0, noise: 0.005, ..USUAL },
     USUAL,
     Case { name: "25 frames", frames: 25, ..USUAL },
@@ -75,6 +93,17 @@ const CASES: [Case; 19] = [
     Case { name: "ACE, G 0.4 cm/h", law: Law::Ace, growth: 0.4, ..USUAL },
     Case { name: "quiet (a fifth of the forcing)", forcing: 0.2, ..USUAL },
     Case { name: "15 % between plants", spread: 0.15, ..USUAL },
+    LIT,
+    Case { name: "lamps, memory of 10 min", tau: 1.0 / 6.0, ..LIT },
+    Case { name: "lamps, half the response", nu: 0.2, ..LIT },
+    Case {
+        name: "lamps, 24 h",
+        hours: 24.0,
+        frames: 289,
+        changes: &[1.0, 2.5, 5.5, 7.0, 8.0, 10.5, 13.0, 17.0, 19.0, 22.0],
+        ..LIT
+    },
+    Case { name: "lamps, 4 changes in 6 h", hours: 6.0, frames: 73, changes: &[0.75, 2.0, 3.0, 4.75], ..LIT },
     Case { name: "no response", beta: 0.0, gamma: 0.05, ..USUAL },
 ];
 
@@ -95,11 +124,14 @@ impl Case {
 
     /// The constants by the definitions of `tropism::measure`: the zone ends where sensitivity has fallen to half of its greatest
     /// value, and the rates are means over it.
-    fn truth(&self, seed: u64) -> [(&'static str, f64); 5] {
+    fn truth(&self, seed: u64) -> [(&'static str, f64); 7] {
         let [beta, gamma, zone] = self.constants(seed);
         let reach = if self.is_bell { 0.5 + 0.125_f64.sqrt() } else { 1.0 };
         let [beta, gamma, zone] = [beta / reach, gamma / reach, zone * reach];
-        [("beta", beta), ("gamma", gamma), ("Lc", gamma / beta), ("B", beta * zone / gamma), ("Lgz", zone)]
+        let (lc, balance) = (gamma / beta, beta * zone / gamma);
+        let bending = [("beta", beta), ("gamma", gamma), ("Lc", lc), ("B", balance), ("Lgz", zone)];
+        let [of_beta, of_gamma, of_lc, of_balance, of_zone] = bending;
+        [of_beta, of_gamma, of_lc, of_balance, of_zone, ("nu", self.nu / reach), ("tau", self.tau)]
     }
 
     fn zone_at(&self, zone: f64, from_apex: f64) -> f64 {
@@ -132,21 +164,30 @@ impl Case {
         let mut drift = sd * random::normal(&mut draws);
         let keep = (-STEP_H / 1.0_f64).exp();
         let every = self.hours / (self.frames - 1) as f64;
-        let (mut frames, mut time) = (Vec::new(), 0.0);
+        let (mut frames, mut time, mut light) = (Vec::new(), 0.0, 0.0);
+        let lamp = |time: f64| match self.changes.iter().filter(|change| **change <= time + 1e-9).count() {
+            _ if self.nu == 0.0 => 0.0,
+            changes if changes % 2 == 0 => 1.0,
+            _ => -1.0,
+        };
         let mut past = Vec::new();
         loop {
             while frames.len() < self.frames && every * frames.len() as f64 <= time + 1e-9 {
-                frames.push((every * frames.len() as f64, self.seen(&pieces, base, &mut noise), 0.0));
+                let at = every * frames.len() as f64;
+                frames.push((at, self.seen(&pieces, base, &mut noise), lamp(at)));
             }
             if frames.len() == self.frames {
                 return StemRecord::of_frames(frames, self.frames).expect("all frames have stems");
             }
             let force = swing * phase.cos() + drift;
             let length: f64 = pieces.iter().map(|piece| piece.length).sum();
+            light += (lamp(time) - light) * (1.0 - (-STEP_H / self.tau).exp());
             let (mut angle, mut along) = (base, 0.0);
-            let mut sines = Vec::new();
+            let (mut sines, mut cosines) = (Vec::new(), Vec::new());
             for piece in &pieces {
-                sines.push((angle + 0.5 * piece.curvature * piece.length).sin());
+                let middle = angle + 0.5 * piece.curvature * piece.length;
+                sines.push(middle.sin());
+                cosines.push(middle.cos());
                 angle += piece.curvature * piece.length;
             }
             past.push(sines.clone());
@@ -164,7 +205,8 @@ impl Case {
                 along += piece.length;
                 let share = self.zone_at(zone, length - along + 0.5 * piece.length);
                 let sin = delayed[number.min(delayed.len() - 1)];
-                piece.curvature += STEP_H * share * (force - beta * sin - gamma * piece.curvature);
+                let turning = force - beta * sin + self.nu * light * cosines[number];
+                piece.curvature += STEP_H * share * (turning - gamma * piece.curvature);
                 match self.law {
                     Law::Ace => piece.length *= 1.0 + STEP_H * self.growth * share / total,
                     Law::Ac if number == last => piece.length += STEP_H * self.growth,
@@ -261,11 +303,15 @@ fn main() {
     for case in CASES.iter().filter(|case| wanted(case)) {
         let start = std::time::Instant::now();
         let results: Vec<Measurement> = parallel::map(plants, |plant| {
-            let stimulus = if case.tilt_deg > 0.0 { Stimulus::Tilt(case.tilt_deg) } else { Stimulus::None };
+            let stimulus = match case {
+                Case { nu, .. } if *nu > 0.0 => Stimulus::Lamps,
+                Case { tilt_deg, .. } if *tilt_deg > 0.0 => Stimulus::Tilt(*tilt_deg),
+                _ => Stimulus::None,
+            };
             measure(&case.record(plant as u64), &Options { law: case.law, stimulus, ..Options::default() })
         });
         let mut line = format!("{:<32}", case.name);
-        for quantity in 0..5 {
+        for quantity in 0..if case.nu > 0.0 { 7 } else { 5 } {
             let (mut errors, mut counts) = (Vec::new(), [[0_u32; 2]; 2]);
             for (plant, result) in results.iter().enumerate() {
                 let (symbol, truth) = case.truth(plant as u64)[quantity];

@@ -235,15 +235,14 @@ fn estimates(
     all.extend(tropic.into_iter().map(judged));
     all.extend(in_growth_units(&all, options));
     if options.stimulus == Stimulus::Lamps {
-        let half = quantile(record, fit) * fit.covariance[NU * own + NU].sqrt();
         let nu = fit.unknowns[NU];
-        let interval = [nu - half, nu + half];
-        let (symbol, reason) = ("nu".to_owned(), String::new());
-        all.push(Estimate { symbol, value: nu, interval, status: Status::Measured, reason });
-        all.push(combined("tau", &[(LN_TAU, 1.0)]));
+        let of_data = quantile(record, fit) * fit.covariance[NU * own + NU].sqrt();
+        let half = crate::math::hypot(of_data, RATE_ERROR * nu);
+        let (symbol, interval, reason) = ("nu".to_owned(), [nu - half, nu + half], String::new());
+        let sensitivity = Estimate { symbol, value: nu, interval, status: Status::Measured, reason };
         let changes = record.lamps.windows(2).filter(|pair| pair[0] != pair[1]).count();
-        for estimate in all.iter_mut().filter(|estimate| ["nu", "tau"].contains(&estimate.symbol.as_str())) {
-            *estimate = judged_light(estimate.clone(), responds, changes);
+        for estimate in [sensitivity, combined("tau", &[(LN_TAU, 1.0)])] {
+            all.push(explained(judged_light(estimate, responds, changes)));
         }
     }
     all
@@ -366,11 +365,12 @@ fn judged_light(estimate: Estimate, responds: bool, changes: usize) -> Estimate 
         );
         return estimate.refused(&reason);
     }
-    if estimate.interval[0] <= 0.0 || estimate.factor() > MAX_FACTOR {
+    // Plants that turn away from light have a negative nu.
+    let factor = estimate.factor().max(1.0 / estimate.factor());
+    if estimate.interval[0] * estimate.interval[1] <= 0.0 || factor > MAX_FACTOR {
         return estimate.refused("the 90 % interval spans more than a factor of 4");
     }
-    let reason = "the accuracy of the response to light was not tried on simulated plants yet".to_owned();
-    Estimate { status: Status::Provisional, reason, ..estimate }
+    estimate
 }
 
 /// beta~ and gamma~, where the radius and the growth rate are known.

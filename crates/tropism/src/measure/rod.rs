@@ -299,11 +299,15 @@ fn run<R: Real, const N: usize>(
             let middle = (step as f64 + 0.5) / steps as f64;
             let (length, time_h) = (length + grown * middle, start + (end - start) * middle);
             let force = forcing_at(forcing, rod.knot_h, time_h);
+            let mut turning = R::splat(0.0);
             if rod.is_lit {
                 let lamp = R::splat(rod.lamps[frame]);
-                light = lamp + (light - lamp) * math::exp(R::splat(-dt) / constants.tau);
+                let half_step = math::exp(R::splat(-0.5 * dt) / constants.tau);
+                // What is remembered in the middle of the step is what acts.
+                light = lamp + (light - lamp) * half_step;
+                turning = constants.nu * light;
+                light = lamp + (light - lamp) * half_step;
             }
-            let turning = constants.nu * light;
             on_step(Step {
                 time_h,
                 ..advance(rod.law, &mut curvature, &constants, [length, speed, dt], [force, turning])
