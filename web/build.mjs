@@ -1,7 +1,7 @@
-// Builds the page in a browser: node web/build.mjs MODULE OUT. Called by scripts/web.
+// Builds the page in a browser: node web/build.mjs OUT. Called by scripts/web.
 //
-// MODULE is tropism-wasm as WebAssembly. Into OUT: tropism.html, one file that works from a disk, and site/, the same as a static
-// folder with a service worker. Scripts are plain modules; TypeScript turns each into a function that keeps live bindings, and a few
+// OUT has whole.wasm, which is tropism-wasm, and play.wasm, the same without photographs. Into it: tropism.html, one file that works from a disk,
+// and site/, the same as a static folder with a service worker, which fetches the whole when it is needed. Scripts are plain modules; TypeScript turns each into a function that keeps live bindings, and a few
 // lines load them. Where a module of the studio asks for the studio, it gets web/studio.js.
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
@@ -14,7 +14,7 @@ import { gzipSync } from "node:zlib";
 const ROOT = fileURLToPath(new URL("..", import.meta.url));
 const ASSETS = path.join(ROOT, "crates/tropism-studio/assets");
 const WEB = path.join(ROOT, "web");
-const [, , module, out] = process.argv;
+const [, , out] = process.argv;
 const ts = createRequire(path.join(ROOT, "tests/studio/package.json"))("typescript");
 const read = (...parts) => fs.readFileSync(path.join(...parts), "utf8");
 const sha256 = (text) => createHash("sha256").update(text).digest("base64");
@@ -91,41 +91,44 @@ function sevenBits(bytes) {
 
 /** As a .lzma file whose head holds the size, so that web/worker.js knows it beforehand. */
 function lzma(bytes) {
-  const packed = execFileSync("xz", ["-9e", "--format=lzma", "--stdout"], { input: bytes, maxBuffer: 2 ** 28 });
+  const packed = execFileSync("xz", ["--format=lzma", "--lzma1=preset=9e,lc=4,pb=0", "--stdout"], { input: bytes, maxBuffer: 2 ** 28 });
   packed.writeBigUInt64LE(BigInt(bytes.length), 5);
   return packed;
 }
 
-const wasm = fs.readFileSync(module);
+const wasm = fs.readFileSync(path.join(out, "whole.wasm"));
+const packed = { whole: lzma(wasm), play: lzma(fs.readFileSync(path.join(out, "play.wasm"))) };
 const script = bundle(path.join(WEB, "app.js"));
 const shared = read(ASSETS, "style.css").replace(/^@import "(.+)";$/gm, (_, file) => read(ASSETS, file));
 const style = `${shared}\n${read(WEB, "web.css")}\n${figures(JSON.parse(await ask(wasm, { ask: "style" })))}`;
 const draw = read(ASSETS, "draw.html").match(/<main id="main">(.*)<\/main>/s)[1];
 const data = {
-  module: sevenBits(lzma(wasm)),
   worker: read(WEB, "worker.js"),
   reach: await ask(wasm, { ask: "reach" }),
   champion: read(WEB, "champion.json"),
   rule: read(ROOT, "benchmarks/submissions/tuned-rule/rule.json"),
 };
-for (const [name, text] of Object.entries({ script, ...data }))
-  if (/<\/script|<!--/i.test(text)) throw new Error(`${name} would end the element that holds it`);
-const blocks = Object.entries(data).map(([name, text]) => `<script type="text/plain" id="data-${name}">${text}</script>`);
+/** What a page carries. */
+function blocks(carried) {
+  for (const [name, text] of Object.entries({ script, ...carried }))
+    if (/<\/script|<!--/i.test(text)) throw new Error(`${name} would end the element that holds it`);
+  return Object.entries(carried).map(([name, text]) => `<script type="text/plain" id="data-${name}">${text}</script>`).join("\n    ");
+}
 const version = read(ROOT, "Cargo.toml").match(/^version = "(.*)"/m)[1];
 
 /** The page; `own` is what it may load besides itself. */
-function page(links, own) {
+function page(carried, links, own) {
   const policy = [
     "default-src 'none'",
     `script-src 'sha256-${sha256(script)}' 'wasm-unsafe-eval'`,
     `style-src 'sha256-${sha256(style)}'`,
     `worker-src blob:${own}`,
     "img-src blob: data:" + own,
-    ...(own ? [`manifest-src${own}`] : []),
+    ...(own ? [`manifest-src${own}`, `connect-src${own}`] : []),
     "base-uri 'none'",
     "form-action 'none'",
   ].join("; ");
-  const fill = { policy, links, style, draw, data: blocks.join("\n    "), script, version };
+  const fill = { policy, links, style, draw, data: blocks(carried), script, version };
   return read(WEB, "index.html").replace(/\{\{(\w+)\}\}/g, (_, name) => fill[name]);
 }
 
@@ -134,15 +137,17 @@ const inline = `<link rel="icon" href="data:image/svg+xml,${encodeURIComponent(i
 const linked = '<link rel="icon" href="icon.svg" type="image/svg+xml" />\n    <link rel="manifest" href="manifest.webmanifest" />';
 const site = path.join(out, "site");
 fs.mkdirSync(site, { recursive: true });
-const alone = page(inline, "");
+const alone = page({ whole: sevenBits(packed.whole), ...data }, inline, "");
 fs.writeFileSync(path.join(out, "tropism.html"), alone);
-const served = page(linked, " 'self'").replace('<body data-page="web"', '<body data-page="web" data-worker="sw.js"');
+const served = page(data, linked, " 'self'").replace('<body data-page="web"', '<body data-page="web" data-worker="sw.js"');
 fs.writeFileSync(path.join(site, "index.html"), served);
-fs.writeFileSync(path.join(site, "sw.js"), read(WEB, "sw.js").replace("{{version}}", sha256(served).slice(0, 12)));
+fs.writeFileSync(path.join(site, "sw.js"), read(WEB, "sw.js").replace("{{version}}", sha256(Buffer.concat([Buffer.from(served), ...Object.values(packed)])).slice(0, 12)));
 fs.writeFileSync(path.join(site, "icon.svg"), icon);
 fs.writeFileSync(path.join(site, "manifest.webmanifest"), read(WEB, "manifest.webmanifest"));
 
-fs.copyFileSync(module, path.join(out, "tropism.wasm"));
-const packed = gzipSync(alone, { level: 9 }).length;
-console.log(`${path.join(out, "tropism.html")}: ${alone.length} bytes, ${packed} compressed; module ${wasm.length}, ${data.module.length} as text`);
+for (const [name, bytes] of Object.entries(packed)) fs.writeFileSync(path.join(site, `${name}.lzma`), bytes);
+
+const compressed = (text) => gzipSync(text, { level: 9 }).length;
+console.log(`${path.join(out, "tropism.html")}: ${alone.length} bytes, ${compressed(alone)} compressed`);
+console.log(`${site}: ${compressed(served) + packed.play.length} bytes compressed before photographs, ${packed.whole.length} for them`);
 if (alone.length > 1_500_000) console.error("larger than the 1.5 MB that one file should have");

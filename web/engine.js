@@ -8,22 +8,41 @@ const embedded = (id) => document.getElementById(id)?.textContent ?? "";
 export const carried = (id) => embedded(`data-${id}`);
 
 const script = URL.createObjectURL(new Blob([embedded("data-worker")], { type: "text/javascript" }));
-/** The module, unpacked and compiled in a worker of its own. @type {Promise<WebAssembly.Module>} */
-const compiled = new Promise((done, failed) => {
-  const worker = new Worker(script);
-  worker.onerror = failed;
-  worker.onmessage = ({ data }) => {
-    done(data.module);
-    worker.terminate();
-  };
-  worker.postMessage({ packed: embedded("data-module") });
-});
+
+/** One file carries the whole module. In a folder it lies beside the page, as does one that plays and evolves, half as large. */
+const whole = embedded("data-whole");
+const FIRST = whole ? "whole" : "play";
+
+/** A packed module. @param {string} name */
+async function packed(name) {
+  if (whole) return whole;
+  const found = await fetch(`${name}.lzma`);
+  if (!found.ok) throw new Error(`${name}.lzma is not beside the page: ${found.status}`);
+  return new Uint8Array(await found.arrayBuffer());
+}
+
+/** Unpacks and compiles a module in a worker of its own. @param {string} name @returns {Promise<WebAssembly.Module>} */
+async function compiled(name) {
+  const bytes = await packed(name);
+  return new Promise((done, failed) => {
+    const worker = new Worker(script);
+    worker.onerror = failed;
+    worker.onmessage = ({ data }) => {
+      done(data.module);
+      worker.terminate();
+    };
+    worker.postMessage({ packed: bytes });
+  });
+}
+/** @type {Map<string, Promise<WebAssembly.Module>>} */
+const modules = new Map();
 
 /** @typedef {{ json: any, bytes: Uint8Array | null }} Answer */
 
 /** A module in a worker of its own. */
 export class Engine {
-  constructor() {
+  /** @param {string} name whole for photographs, the tent and constants; play for all else */
+  constructor(name = FIRST) {
     this.worker = new Worker(script);
     this.number = 0;
     /** @type {Map<number, { done: (answer: Answer) => void, failed: (error: Error) => void }>} */
@@ -34,7 +53,11 @@ export class Engine {
       if (json?.error !== undefined) failed?.(new Error(json.error));
       else done?.({ json, bytes });
     };
-    this.ready = compiled.then((module) => this.worker.postMessage({ module }));
+    const module = modules.get(name) ?? compiled(name);
+    modules.set(name, module);
+    // A module that was not to be had is asked for again.
+    module.catch(() => modules.delete(name));
+    this.ready = module.then((module) => this.worker.postMessage({ module }));
   }
 
   /** Asks with bytes, and gets bytes. @param {object} question @param {Uint8Array} [bytes] @returns {Promise<Answer>} */
@@ -62,6 +85,11 @@ export class Engine {
 
 /** The one that answers at once: beans that are tried, tasks, figures. */
 export const lead = new Engine();
+
+/** @type {Engine | null} */
+let measurer = null;
+/** The one that measures the constants of plants. */
+export const measuring = () => (measurer ??= new Engine("whole"));
 
 /** How many workers evolve: one a core, four at most. */
 export const HANDS = Math.max(1, Math.min(4, navigator.hardwareConcurrency || 2));

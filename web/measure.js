@@ -1,6 +1,6 @@
 // The constants of plants: tracks that are dropped here, or the photographs tracked in this page.
 // @ts-check
-import { lead } from "./engine.js";
+import { measuring } from "./engine.js";
 import { tracked } from "./photographs.js";
 import { $, html, num, plural, put, say, trusted } from "./studio.js";
 
@@ -64,7 +64,7 @@ async function measureAll(files) {
     for (const [place, file] of files.entries()) {
       says(`Measuring ${place + 1} of ${files.length} …`);
       const bytes = new Uint8Array(await file.arrayBuffer());
-      const { json } = await lead.askFor({ ask: "measure", name: file.name.replace(/\.csv$/i, ""), tilt_deg }, bytes);
+      const { json } = await measuring().askFor({ ask: "measure", name: file.name.replace(/\.csv$/i, ""), tilt_deg }, bytes);
       if (own !== number) return;
       plants.push(json);
     }
@@ -96,7 +96,7 @@ async function show() {
   const values = {};
   for (const { estimates } of plants)
     for (const { symbol, value, status } of estimates) if (/^(measured|provisional)$/.test(status)) (values[symbol] ??= []).push(value);
-  const means = plants.length > 1 ? await lead.ask({ ask: "means", values }) : [];
+  const means = plants.length > 1 ? await measuring().ask({ ask: "means", values }) : [];
   const shown = ({ name, is_virtual, hours, frames, responds, estimates, figures }) =>
     html`<section class="sheet">
       <h2>${name}${is_virtual ? html` <span class="chip virtual">virtual</span>` : ""}</h2>

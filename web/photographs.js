@@ -100,7 +100,7 @@ export function openPhotographs() {
   marking($("#photo"));
   curve = fit($("#photo-curve"), paths);
 }
-const vision = () => (engine ??= new Engine());
+const vision = () => (engine ??= new Engine("whole"));
 /** The engine that holds the track of photographs, once there is one. */
 export const tracked = () => (rows.some((row) => row.tip) ? engine : null);
 /** Draws the curves. */

@@ -82,7 +82,7 @@ async function begin(next, plant) {
   $("#tent-steer").hidden = who !== "you";
   const task = who === "paper" ? PAPER : drawing();
   $("#tent-task").textContent = who === "paper" ? "The champion of the paper’s method, towards the paper’s three targets." : "Towards the targets that are drawn in this page.";
-  engine ??= new Engine();
+  engine ??= new Engine("whole");
   try {
     const file = controllers.get(who);
     const by = who === "you" ? null : who === "greedy" ? "greedy" : { file };

@@ -1,6 +1,6 @@
 // A worker: one module of tropism, which answers one question after the other.
 // @ts-check
-/** @type {any} */
+/** The module, once it is instantiated: questions may come before. @type {Promise<any>} */
 let tropism;
 
 /** The length of a JSON text in 32 bits, little end first, the text, and bytes. @param {object} question @param {Uint8Array} bytes */
@@ -13,9 +13,8 @@ function packed(question, bytes) {
   return whole;
 }
 
-/** @param {object} question @param {Uint8Array} bytes */
-function ask(question, bytes) {
-  const { memory, reserve, ask: answers, answer } = tropism.exports;
+/** @param {any} exports what the module can do @param {object} question @param {Uint8Array} bytes */
+function ask({ memory, reserve, ask: answers, answer }, question, bytes) {
   const written = packed(question, bytes);
   const at = reserve(written.length) >>> 0;
   new Uint8Array(memory.buffer).set(written, at);
@@ -28,8 +27,8 @@ function ask(question, bytes) {
 /** What `~` and a letter from a on stand for: letters that a page may not hold. */
 const ESCAPED = [0, 10, 13, 60, 126];
 
-/** The bytes of a text that holds seven bits a letter, unpacked. @param {string} text */
-function unpacked(text) {
+/** The bytes of a text that holds seven bits a letter. @param {string} text */
+function bytesOf(text) {
   const packed = new Uint8Array((text.length * 7) >> 3);
   let [held, bits, at] = [0, 0, 0];
   for (let place = 0; place < text.length; place++) {
@@ -41,7 +40,7 @@ function unpacked(text) {
     packed[at++] = held >> bits;
     held &= (1 << bits) - 1;
   }
-  return unlzma(packed);
+  return packed;
 }
 
 /**
@@ -161,16 +160,16 @@ function unlzma(data) {
 
 addEventListener("message", async ({ data }) => {
   if (data.packed) {
-    postMessage({ module: await WebAssembly.compile(unpacked(data.packed)) });
+    postMessage({ module: await WebAssembly.compile(unlzma(typeof data.packed === "string" ? bytesOf(data.packed) : data.packed)) });
     return;
   }
   if (data.module) {
-    tropism = await WebAssembly.instantiate(data.module, {});
+    tropism = WebAssembly.instantiate(data.module, {});
     return;
   }
   const { number, question, bytes } = data;
   try {
-    const answer = ask(question, bytes ?? new Uint8Array());
+    const answer = ask((await tropism).exports, question, bytes ?? new Uint8Array());
     postMessage({ number, ...answer }, { transfer: [answer.bytes.buffer] });
   } catch (error) {
     // A trap: this module is not to be trusted any more.

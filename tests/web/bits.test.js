@@ -33,7 +33,7 @@ test("a model and a champion are those of the native program", async () => {
   const { file } = asked(ask, { ask: "fit", kind });
   assert.equal(file, made("virtual-bean.json"));
   // One module does run 1 in uneven slices, another one the rest.
-  const other = await module();
+  const other = await module("play");
   const champions = [];
   for (const [hand, own, slices] of [
     [ask, [1], [1, 7, 100]],

@@ -1,4 +1,4 @@
-// How long the page's module takes in Node: node tests/web/measure.js, with TROPISM_WASM. The native program does the same questions:
+// How long the page's module takes in Node: node tests/web/measure.js, with the folder of the page in TROPISM_WEB. The native program does the same questions:
 // cargo run --profile web -p tropism-wasm --example speed. With photographs as further arguments it tracks them, too.
 import fs from "node:fs";
 import path from "node:path";

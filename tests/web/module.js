@@ -1,11 +1,11 @@
-// The module of the page in Node: what it answers to a question.
+// The modules of the page in Node: what they answer to a question.
 import fs from "node:fs";
+import path from "node:path";
 
-const compiled = WebAssembly.compile(fs.readFileSync(process.env.TROPISM_WASM));
-
-/** A module of its own. */
-export async function module() {
-  const { exports } = await WebAssembly.instantiate(await compiled, {});
+/** A module of its own: whole, or play, which is without photographs. */
+export async function module(name = "whole") {
+  const compiled = await WebAssembly.compile(fs.readFileSync(path.join(process.env.TROPISM_WEB, `${name}.wasm`)));
+  const { exports } = await WebAssembly.instantiate(compiled, {});
   /** @param {object} question @param {Uint8Array} [bytes] */
   return (question, bytes = new Uint8Array()) => {
     const text = new TextEncoder().encode(JSON.stringify(question));

@@ -8,7 +8,7 @@ import { createRequire } from "node:module";
 import path from "node:path";
 import { after } from "node:test";
 import { pathToFileURL } from "node:url";
-import { close, page, test, until } from "../studio/helpers.js";
+import { EMULATES, close, page, test, until } from "../studio/helpers.js";
 
 const OUT = process.env.TROPISM_WEB;
 const FILE = pathToFileURL(path.join(OUT, "tropism.html")).href;
@@ -72,7 +72,8 @@ test("two drawn targets have a champion within seconds", async (t) => {
   await until(async () => /within reach/.test(await found.locator("#targets").textContent()), "what is within reach");
   const began = Date.now();
   await found.click("#evolve");
-  await found.locator("#curve svg").waitFor();
+  // It may be over, and the curve hidden, before one looks.
+  await found.locator("#curve svg").waitFor({ state: "attached" });
   await found.locator("#p-try").waitFor({ timeout: 60_000 });
   t.diagnostic(`a champion after ${Date.now() - began} ms`);
   await found.click("[data-speed='96']");
@@ -83,10 +84,12 @@ test("two drawn targets have a champion within seconds", async (t) => {
   // Task and commands are there to be taken to a terminal.
   await found.click("#save-sheet summary");
   assert.match(await found.textContent("#task"), /targets = \[\[2.0, 6.5\], \[-2.0, 10.5\]\]/);
+  assert.match(await found.textContent("#commands"), /tropism evolve --model virtual-bean.json/);
+  // Of downloads this driver of Firefox says nothing.
+  if (!EMULATES) return;
   const saved = found.waitForEvent("download");
   await found.click("#save");
   assert.match((await saved).suggestedFilename(), /\.toml$/);
-  assert.match(await found.textContent("#commands"), /tropism evolve --model virtual-bean.json/);
 });
 
 test("a link holds seed and task", async (t) => {
@@ -139,6 +142,7 @@ test("the tip in a virtual tent is found, and leads the lamp", async (t) => {
   await found.tap("[data-steers=you]");
   await found.tap("#tent-right");
   await until(async () => /right lamp/.test(await says()), "the lamp that a person lights");
+  if (!EMULATES) return;
   // Its photographs are taken up by the page like anybody's.
   const saved = found.waitForEvent("download");
   await found.tap("#tent-save");
@@ -172,7 +176,7 @@ for (const theme of ["light", "dark"]) {
 }
 
 test("a static folder works without a network once it was opened", async (t) => {
-  const kinds = { html: "text/html", js: "text/javascript", svg: "image/svg+xml", webmanifest: "application/manifest+json" };
+  const kinds = { html: "text/html", js: "text/javascript", svg: "image/svg+xml", webmanifest: "application/manifest+json", lzma: "application/octet-stream" };
   const server = http.createServer((request, answer) => {
     const name = request.url.split("?")[0].slice(1) || "index.html";
     const file = path.join(OUT, "site", name);
@@ -184,10 +188,12 @@ test("a static folder works without a network once it was opened", async (t) => 
   t.after(() => server.close());
   const found = await page(t, `http://127.0.0.1:${server.address().port}/`, DESK);
   await found.evaluate(() => navigator.serviceWorker.ready);
-  await until(() => found.evaluate(async () => (await caches.keys()).length > 0 && (await caches.match("./")) !== undefined), "the page is kept");
+  await until(() => found.evaluate(async () => (await caches.keys()).length > 0 && (await caches.match("whole.lzma")) !== undefined), "all of the page is kept");
   server.closeAllConnections();
   server.close();
   await found.reload();
   await found.click("#right");
   await until(async () => (await hours(found)) >= 1, "the bean grows");
+  await found.click("a[href='#/tent']");
+  await until(async () => /0 h 00 tip at/.test(await found.textContent("#tent-says")), "the first photograph");
 });

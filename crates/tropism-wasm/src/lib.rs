@@ -9,8 +9,11 @@ mod question;
 mod beans;
 mod evolution;
 mod paper;
+#[cfg(feature = "photographs")]
 mod photographs;
+#[cfg(feature = "photographs")]
 mod measure;
+#[cfg(feature = "photographs")]
 mod tent;
 mod session;
 

@@ -1,11 +1,14 @@
 //! What the page may ask.
 
+#[cfg(feature = "photographs")]
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tropism::evolve::{EvolutionConfig, Trial};
+#[cfg(feature = "photographs")]
 use tropism::geometry::{Pixel, Region};
+#[cfg(feature = "photographs")]
 use tropism::lamps::Light;
 use tropism::plant::tip::TipModelConfig;
 use tropism::simulation::ModelKind;
@@ -136,13 +139,16 @@ pub enum Question {
         seed: u64,
     },
     /// Places of names in their natural order.
+    #[cfg(feature = "photographs")]
     Order {
         /// The names.
         names: Vec<String>,
     },
     /// Columns and rows of the photograph in the bytes.
+    #[cfg(feature = "photographs")]
     Size {},
     /// Begins to track a series of photographs; the bytes are the first ones, one after the other.
+    #[cfg(feature = "photographs")]
     Track {
         /// Scale in the plane of the stem; `None` is that of the paper's camera.
         px_per_cm: Option<f64>,
@@ -156,13 +162,16 @@ pub enum Question {
         first: Vec<usize>,
     },
     /// Tracks the plant in the photograph in the bytes.
+    #[cfg(feature = "photographs")]
     Next {
         /// Its name.
         name: String,
     },
     /// The track so far; the bytes of the answer are the CSV file.
+    #[cfg(feature = "photographs")]
     Csv {},
     /// The constants of the plant whose track is in the bytes, as a CSV file; without bytes, of the photographs tracked last.
+    #[cfg(feature = "photographs")]
     Measure {
         /// Its name.
         name: String,
@@ -170,11 +179,13 @@ pub enum Question {
         tilt_deg: Option<f64>,
     },
     /// Means of the constants of several plants.
+    #[cfg(feature = "photographs")]
     Means {
         /// The values of each constant.
         values: BTreeMap<String, Vec<f64>>,
     },
     /// Opens a virtual tent.
+    #[cfg(feature = "photographs")]
     Tent {
         /// Seed of its plant.
         seed: u64,
@@ -184,6 +195,7 @@ pub enum Question {
         by: Option<By>,
     },
     /// A step of the tent; the bytes of the answer are its photograph.
+    #[cfg(feature = "photographs")]
     Step {
         /// The lamp that a person lights.
         light: Option<Light>,

@@ -23,10 +23,14 @@ use tropism_report::Plants;
 
 use crate::beans::OpenLoop;
 use crate::evolution::{Job, simulate};
-use crate::photographs::Series;
+#[cfg(feature = "photographs")]
+use crate::measure;
+#[cfg(feature = "photographs")]
+use crate::photographs::{self, Series};
 use crate::question::{Answer, By, Question};
+#[cfg(feature = "photographs")]
 use crate::tent::Tent;
-use crate::{beans, measure, paper, photographs};
+use crate::{beans, paper};
 
 /// Simulated plants that a champion steers on the page.
 const PLANTS: u32 = 6;
@@ -37,7 +41,9 @@ pub struct Session {
     tracks: Option<(OpenLoop, Vec<Track>)>,
     model: Option<AnyModel>,
     job: Option<Job>,
+    #[cfg(feature = "photographs")]
     series: Option<Series>,
+    #[cfg(feature = "photographs")]
     tent: Option<Tent>,
 }
 
@@ -76,15 +82,19 @@ pub enum SessionError {
     #[error(transparent)]
     Shape(#[from] ShapeError),
     /// A picture.
+    #[cfg(feature = "photographs")]
     #[error(transparent)]
     Photo(#[from] tropism::photo::PhotoError),
     /// Vision.
+    #[cfg(feature = "photographs")]
     #[error(transparent)]
     Vision(#[from] tropism::vision::VisionError),
     /// A track without enough stems.
+    #[cfg(feature = "photographs")]
     #[error(transparent)]
     Record(#[from] tropism::measure::RecordError),
     /// A tent.
+    #[cfg(feature = "photographs")]
     #[error(transparent)]
     Rig(#[from] tropism::rig::RigError),
     /// A rule's file.
@@ -103,6 +113,10 @@ impl Session {
     ///
     /// # Errors
     /// [`SessionError`] says what cannot be done.
+    #[cfg_attr(
+        not(feature = "photographs"),
+        expect(unused_variables, reason = "bytes are photographs and tracks")
+    )]
     pub fn answer(&mut self, question: Question, bytes: &[u8]) -> Result<Answer, SessionError> {
         let json = match question {
             Question::Settings {} => json!({
@@ -155,8 +169,11 @@ impl Session {
                 paper::steered(&champion, self.model()?, &task, seed)?
             }
             Question::Fitness { best, mean } => paper::fitness(&best, &mean),
+            #[cfg(feature = "photographs")]
             Question::Order { names } => photographs::order(&names),
+            #[cfg(feature = "photographs")]
             Question::Size {} => photographs::size(bytes)?,
+            #[cfg(feature = "photographs")]
             Question::Track { px_per_cm, base, region, period_min, first } => {
                 let mut rest = bytes;
                 let mut parts = Vec::new();
@@ -169,25 +186,32 @@ impl Session {
                 self.series = Some(Series::begin(px_per_cm, base, region, period_min, &parts)?);
                 json!({})
             }
+            #[cfg(feature = "photographs")]
             Question::Next { name } => self.series.as_mut().ok_or_else(no_series)?.next(&name, bytes),
+            #[cfg(feature = "photographs")]
             Question::Csv {} => {
                 let bytes = self.series.as_ref().ok_or_else(no_series)?.csv()?;
                 return Ok(Answer { json: json!({}), bytes });
             }
+            #[cfg(feature = "photographs")]
             Question::Measure { name, tilt_deg } if bytes.is_empty() => {
                 let track = self.series.as_ref().ok_or_else(no_series)?.track()?;
                 measure::plant(&name, &track, tilt_deg)?
             }
+            #[cfg(feature = "photographs")]
             Question::Measure { name, tilt_deg } => {
                 measure::plant(&name, &Track::read_csv(bytes)?, tilt_deg)?
             }
+            #[cfg(feature = "photographs")]
             Question::Means { values } => measure::means(&values),
+            #[cfg(feature = "photographs")]
             Question::Tent { seed, drawing, by } => {
                 let task = drawing.task()?;
                 let controller = by.map(|by| by.controller(&task)).transpose()?;
                 self.tent = Some(Tent::open(seed, task, controller)?);
                 json!({})
             }
+            #[cfg(feature = "photographs")]
             Question::Step { light } => {
                 let none = || SessionError::Refused("open a tent first".to_owned());
                 let (json, bytes) = self.tent.as_mut().ok_or_else(none)?.step(light)?;
@@ -240,6 +264,7 @@ fn no_evolution() -> SessionError {
     SessionError::Refused("begin an evolution first".to_owned())
 }
 
+#[cfg(feature = "photographs")]
 fn no_series() -> SessionError {
     SessionError::Refused("there are no photographs".to_owned())
 }
