@@ -124,14 +124,16 @@ impl Case {
 
     /// The constants by the definitions of `tropism::measure`: the zone ends where sensitivity has fallen to half of its greatest
     /// value, and the rates are means over it.
-    fn truth(&self, seed: u64) -> [(&'static str, f64); 7] {
+    fn truth(&self, seed: u64) -> Vec<(&'static str, f64)> {
         let [beta, gamma, zone] = self.constants(seed);
         let reach = if self.is_bell { 0.5 + 0.125_f64.sqrt() } else { 1.0 };
         let [beta, gamma, zone] = [beta / reach, gamma / reach, zone * reach];
         let (lc, balance) = (gamma / beta, beta * zone / gamma);
-        let bending = [("beta", beta), ("gamma", gamma), ("Lc", lc), ("B", balance), ("Lgz", zone)];
-        let [of_beta, of_gamma, of_lc, of_balance, of_zone] = bending;
-        [of_beta, of_gamma, of_lc, of_balance, of_zone, ("nu", self.nu / reach), ("tau", self.tau)]
+        let mut truth = vec![("beta", beta), ("gamma", gamma), ("Lc", lc), ("B", balance), ("Lgz", zone)];
+        if self.nu != 0.0 {
+            truth.extend([("nu", self.nu / reach), ("tau", self.tau)]);
+        }
+        truth
     }
 
     fn zone_at(&self, zone: f64, from_apex: f64) -> f64 {
@@ -250,7 +252,7 @@ fn groups(case: &Case, results: &[Measurement]) {
     let truth = Case { spread: 0.0, ..*case }.truth(0);
     for size in [3, 6, 12].into_iter().filter(|size| *size <= results.len()) {
         let mut line = format!("  groups of {size:<20}");
-        for (symbol, truth) in truth {
+        for &(symbol, truth) in &truth {
             let of_plant = |result: &Measurement| {
                 result
                     .estimate(symbol)
@@ -304,14 +306,14 @@ fn main() {
         let start = std::time::Instant::now();
         let results: Vec<Measurement> = parallel::map(plants, |plant| {
             let stimulus = match case {
-                Case { nu, .. } if *nu > 0.0 => Stimulus::Lamps,
+                Case { nu, .. } if *nu != 0.0 => Stimulus::Lamps,
                 Case { tilt_deg, .. } if *tilt_deg > 0.0 => Stimulus::Tilt(*tilt_deg),
                 _ => Stimulus::None,
             };
             measure(&case.record(plant as u64), &Options { law: case.law, stimulus, ..Options::default() })
         });
         let mut line = format!("{:<32}", case.name);
-        for quantity in 0..if case.nu > 0.0 { 7 } else { 5 } {
+        for quantity in 0..case.truth(0).len() {
             let (mut errors, mut counts) = (Vec::new(), [[0_u32; 2]; 2]);
             for (plant, result) in results.iter().enumerate() {
                 let (symbol, truth) = case.truth(plant as u64)[quantity];

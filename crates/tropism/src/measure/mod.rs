@@ -367,7 +367,8 @@ fn judged_light(estimate: Estimate, responds: bool, changes: usize) -> Estimate 
     }
     // Plants that turn away from light have a negative nu.
     let factor = estimate.factor().max(1.0 / estimate.factor());
-    if estimate.interval[0] * estimate.interval[1] <= 0.0 || factor > MAX_FACTOR {
+    let has_sign = estimate.interval[0] * estimate.interval[1] > 0.0;
+    if !(has_sign && factor <= MAX_FACTOR) {
         return estimate.refused("the 90 % interval spans more than a factor of 4");
     }
     estimate
@@ -420,6 +421,11 @@ mod tests {
 
     /// A plant of 8 cm, tipped by 69 degrees for 10 h, that nutates and drifts; 41 frames. Beta 0.3, gamma 0.5, Lgz 5.
     fn tipped(responds: bool, seed: u64) -> StemRecord {
+        grown(responds, None, seed)
+    }
+
+    /// The same, with nu between lamps that change sides, and a memory of half an hour.
+    fn grown(responds: bool, nu: Option<f64>, seed: u64) -> StemRecord {
         let stem = |frame: usize| {
             let length = 8.0 + 0.025 * frame as f64;
             core::array::from_fn(|k| {
@@ -427,13 +433,17 @@ mod tests {
             })
         };
         let frames = (0..41).map(|frame| (frame as f64 * 0.25, stem(frame), 0.0)).collect();
-        let record = StemRecord::of_frames(frames, 41).unwrap();
-        let plant = rod::Rod::new(&record, Law::Ac, false, 40);
+        let mut record = StemRecord::of_frames(frames, 41).unwrap();
+        if nu.is_some() {
+            record.lamps = (0..41).map(|frame| if frame % 17 < 8 { 1.0 } else { -1.0 }).collect();
+        }
+        let plant = rod::Rod::new(&record, Law::Ac, nu.is_some(), 40);
         let mut unknowns = [0.3, 0.5, 5.0, 0.06, 0.01].map(ln).to_vec();
         if !responds {
             (unknowns[LN_BETA], unknowns[LN_GAMMA]) = (-14.0, -14.0);
         }
         unknowns.extend([1.204, 0.0]);
+        unknowns.extend(nu.into_iter().flat_map(|nu| [nu, ln(0.5)]));
         let mut draws = random::stream(seed, Purpose::SegmentNoise, 0);
         let normal: Vec<f64> = (0..40).map(|_| random::normal(&mut draws)).collect();
         let forcing = forcing::Forcing([0.03, 1.0, 0.05, 1.67, 10.0, 0.02].map(ln));
@@ -484,6 +494,22 @@ mod tests {
             assert_eq!(one.status, other.status, "{one:?} {other:?}");
             assert!(one.value.is_nan() || (one.value / other.value - 1.0).abs() < 0.01, "{one:?} {other:?}");
         }
+    }
+
+    #[test]
+    fn the_response_to_light_is_measured_of_plants_that_turn_to_it_and_away_from_it() {
+        let lamps = Options { stimulus: Stimulus::Lamps, ..options(0.0) };
+        for nu in [0.4, -0.4] {
+            let found = measure(&grown(true, Some(nu), 1), &lamps);
+            for (symbol, truth) in [("nu", nu), ("tau", 0.5)] {
+                let Estimate { value, interval: [low, high], status, .. } = found.estimate(symbol).unwrap();
+                assert_eq!(*status, Status::Measured, "{symbol} of {nu}");
+                assert!((value / truth - 1.0).abs() < 0.25, "{symbol} of {nu}: {value}");
+                assert!(low < value && value < high, "{symbol} of {nu}: {low} {value} {high}");
+            }
+        }
+        let still = measure(&tipped(true, 1), &lamps);
+        assert_eq!(still.estimate("nu").unwrap().status, Status::NotIdentified);
     }
 
     #[test]

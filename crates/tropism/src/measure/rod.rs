@@ -493,7 +493,7 @@ mod tests {
         unknowns.truncate(IN_LIGHT);
         unknowns.resize(rod.unknowns(), 0.0);
         (unknowns[LN_ZONE], unknowns[BASE], unknowns[NU]) = (math::ln(50.0), 0.1, 0.0);
-        unknowns[LN_RISE] = math::ln(1e-3);
+        unknowns[LN_RISE] = math::ln(crate::measure::fit::NO_RISE);
         let places = rod.fine_places(&unknowns);
         let last = &places[places.len() - 2 * FREE_POINTS..];
         let angle = |k: usize| math::atan2(last[2 * k + 2] - last[2 * k], last[2 * k + 3] - last[2 * k + 1]);
