@@ -86,10 +86,5 @@ export class Engine {
 /** The one that answers at once: beans that are tried, tasks, figures. */
 export const lead = new Engine();
 
-/** @type {Engine | null} */
-let measurer = null;
-/** The one that measures the constants of plants. */
-export const measuring = () => (measurer ??= new Engine("whole"));
-
 /** How many workers evolve: one a core, four at most. */
 export const HANDS = Math.max(1, Math.min(4, navigator.hardwareConcurrency || 2));

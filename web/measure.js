@@ -1,9 +1,12 @@
 // The constants of plants: tracks that are dropped here, or the photographs tracked in this page.
 // @ts-check
-import { measuring } from "./engine.js";
+import { Engine } from "./engine.js";
 import { tracked } from "./photographs.js";
 import { $, html, num, plural, put, say, trusted } from "./studio.js";
 
+/** @type {Engine | null} */
+let engine = null;
+const measuring = () => (engine ??= new Engine("whole"));
 /** What was measured of each plant. @type {any[]} */
 let plants = [];
 /** Numbers the measurements, so that an earlier one ends. */

@@ -5,8 +5,8 @@ self.addEventListener("install", (event) => {
   event.waitUntil(caches.open(CACHE).then((cache) => cache.addAll(files)).then(() => self.skipWaiting()));
 });
 self.addEventListener("activate", (event) => {
-  // What photographs need comes after the page is shown.
-  caches.open(CACHE).then((cache) => cache.add("whole.lzma")).catch(() => {});
+  // What photographs need comes after the page is shown; where it does not come, it is fetched when it is needed.
+  event.waitUntil(caches.open(CACHE).then((cache) => cache.add("whole.lzma")).catch(() => {}));
   const old = (name) => name.startsWith("tropism-") && name !== CACHE;
   event.waitUntil(caches.keys().then((names) => Promise.all(names.filter(old).map((name) => caches.delete(name)))).then(() => self.clients.claim()));
 });

@@ -23,14 +23,10 @@ use tropism_report::Plants;
 
 use crate::beans::OpenLoop;
 use crate::evolution::{Job, simulate};
-#[cfg(feature = "photographs")]
-use crate::measure;
-#[cfg(feature = "photographs")]
-use crate::photographs::{self, Series};
 use crate::question::{Answer, By, Question};
-#[cfg(feature = "photographs")]
-use crate::tent::Tent;
 use crate::{beans, paper};
+#[cfg(feature = "photographs")]
+use crate::{measure, photographs, photographs::Series, tent::Tent};
 
 /// Simulated plants that a champion steers on the page.
 const PLANTS: u32 = 6;
