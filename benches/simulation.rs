@@ -66,7 +66,7 @@ fn noise(plant: usize) -> NoiseStream {
 fn evaluate(model: &TipModel, task: &Task, genomes: &[Genome]) -> Vec<f64> {
     let episodes = genomes.iter().enumerate();
     let episodes = episodes.map(|(plant, genome)| Episode { controller: genome, noise: noise(plant) });
-    model.score(task, &Sensors::default(), episodes)
+    model.score(task, (&Sensors::default()).into(), episodes)
 }
 
 /// The look-up does not depend on the number of data points.

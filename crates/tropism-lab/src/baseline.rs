@@ -145,7 +145,7 @@ impl Work for BaselinePlan {
         let champion = Champion {
             task: Some(self.task.clone()),
             is_virtual: Some(model.is_virtual()),
-            ..Champion::of_model(champion, &sensors, model, &model.to_json())
+            ..Champion::of_model(champion, (&sensors).into(), model, &model.to_json())
         };
         champion::write(&self.out().join("champion.json"), &champion)?;
         let results = BaselineResults { count, best, median };

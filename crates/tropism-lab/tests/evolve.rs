@@ -7,9 +7,15 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use tropism::control::{Dimming, Periodic};
+use tropism::environment::unwatched;
 use tropism::evolve::EvolutionConfig;
 use tropism::geometry::Point;
+use tropism::plant::FittedModel;
+use tropism::plant::stem::PlaneModel;
+use tropism::simulation::simulate;
 use tropism::task::Task;
+use tropism_bean::{Species, Trial};
 use tropism_lab::baseline::BaselinePlan;
 use tropism_lab::evolve::EvolvePlan;
 use tropism_lab::fit::FitPlan;
@@ -17,7 +23,7 @@ use tropism_lab::score::ScorePlan;
 use tropism_lab::show::ShowPlan;
 use tropism_lab::simulate::SimulatePlan;
 use tropism_lab::{ControllerSpec, Error, Monitor, Silent, Workflow, files};
-use tropism_neat::Generation;
+use tropism_neat::{Activation, Generation};
 
 /// Fits a model to one plant that leans after the lamp, and plans an evolution on it.
 fn plan(folder: &Path, out: &str) -> EvolvePlan {
@@ -39,6 +45,36 @@ fn plan(folder: &Path, out: &str) -> EvolvePlan {
         trial_plants: 20,
         ..EvolvePlan::default()
     }
+}
+
+#[test]
+fn lamps_are_dimmed_by_smooth_neurons_on_a_model_of_the_stem_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut plan = plan(folder.path(), "dimmed");
+    plan.evolution.dimming = Dimming::Ratio;
+    let error = plan.check().unwrap_err().to_string();
+    assert!(error.contains("output_activation") && error.contains("UnsignedSigmoid"), "{error}");
+    plan.evolution.neat.output_activation = Activation::UnsignedSigmoid;
+    let error = plan.execute(&Silent).unwrap_err().with_causes();
+    assert!(error.contains("fit a model of the stem"), "{error}");
+    let species = Species::default();
+    let trial = Trial::new(&species);
+    let mut lamps = Periodic::new(24, &trial.layout);
+    let track = trial.grow(1, &mut lamps, &Task::open_loop(200), &mut unwatched);
+    let model = PlaneModel::fit([&track]).unwrap();
+    fs::write(&plan.model, model.to_json()).unwrap();
+    plan.evolution.generations = 3;
+    plan.execute(&Silent).unwrap();
+    let champion = ControllerSpec::read(&folder.path().join("dimmed/champion.json")).unwrap();
+    assert_eq!(champion.champion().unwrap().dimming, Dimming::Ratio);
+    let steered =
+        simulate(&model, &mut champion.champion().unwrap().controller(&plan.task).unwrap(), &plan.task, 1);
+    let totals =
+        steered.samples.iter().filter(|sample| !sample.is_dark()).map(|sample| sample.lighting().total());
+    assert!(
+        totals.clone().count() > 10 && totals.into_iter().all(|total| total == 1.0),
+        "both share one lamp"
+    );
 }
 
 /// Counts the monitor's calls, and asks for an end after `limit` generations.

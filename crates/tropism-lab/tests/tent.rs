@@ -10,8 +10,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use small_tent::small_tent;
-use tropism::control::{Controller, Periodic};
+use tropism::control::{Controller, Dimming, Periodic};
 use tropism::environment::run;
+use tropism::evolve::Champion;
 use tropism::geometry::Point;
 use tropism::lamps::{Colour, Lamp, Layout, Light};
 use tropism::lighting::{Allowed, Lighting};
@@ -116,13 +117,30 @@ fn levels_are_recorded_and_go_on_after_an_interruption() {
     let written = files::read_track(&broken.path().join("track.csv")).unwrap();
     let lightings = |track: &Track| track.samples.iter().map(|sample| sample.lighting()).collect::<Vec<_>>();
     assert_eq!(lightings(&written), lightings(&track));
-    assert_eq!(written.shifts().count(), 0, "no model learns from them");
+    assert_eq!(written.shifts().count(), 0, "the model of the tip does not learn from them");
     let mut device = small_tent().open(3, 5.0, &VisionConfig::default()).unwrap().0;
     let error = device.shine(lightings(&track)[0]).unwrap_err().to_string();
     assert!(
         error.contains("found 2 lit lamps") && error.contains("wanted one lamp at full power"),
         "{error}"
     );
+}
+
+#[test]
+fn a_network_that_dims_needs_a_rig_that_may() {
+    let config = |allowed, dimming| {
+        let genome = tropism_neat::random_genome(&tropism_neat::Config::multineat(), 2, 1, 1, 0);
+        let champion = Champion { dimming, ..Champion::of_genome(genome) };
+        let rig = RigFile::greenhouse(Greenhouse { allowed, ..small_tent() }, VisionConfig::default());
+        let controller = ControllerSpec::network(champion).unwrap();
+        RunConfig::new(rig, controller, Task::default(), 1)
+    };
+    for dimming in [Dimming::Level, Dimming::Ratio] {
+        let error = config(Allowed::One, dimming).check().unwrap_err().to_string();
+        assert!(error.contains("the controller dims lamps") && error.contains("`allowed`"), "{error}");
+        config(Allowed::Any { most_lit: 2, budget: 1.0 }, dimming).check().unwrap();
+    }
+    config(Allowed::One, Dimming::Switch).check().unwrap();
 }
 
 #[test]

@@ -75,7 +75,7 @@ impl Job {
         Champion {
             task: Some(self.task.clone()),
             is_virtual: Some(self.model.is_virtual()),
-            ..Champion::of_model(genome.clone(), &self.config.sensors, &self.model, model_json)
+            ..Champion::of_model(genome.clone(), self.config.interface(), &self.model, model_json)
         }
     }
 

@@ -71,13 +71,15 @@ impl Lighting {
 
     /// The lightings of the paper: one lamp at full power, or darkness; `None` for any other lighting.
     #[must_use]
+    #[inline]
     pub fn single(self) -> Option<Option<Light>> {
-        let mut lit = self.lit();
-        match (lit.next(), lit.next()) {
-            (None, _) => Some(None),
-            (Some((light, FULL)), None) => Some(Some(light)),
-            _ => None,
+        // Asked once a simulated step: all levels are compared at once.
+        let levels = u128::from_le_bytes(self.0);
+        if levels == 0 {
+            return Some(None);
         }
+        let index = levels.trailing_zeros() as usize / 8;
+        (levels == u128::from(FULL) << (8 * index)).then(|| Light::new(index))
     }
 
     /// The brightest lamp, the first of equals; `None` in the dark.

@@ -274,14 +274,14 @@ impl Work for EvolvePlan {
 type Summarized<'r> = (&'r Genome, EvolutionRunSummary);
 
 impl EvolvePlan {
-    /// Starts evolution from the champion in `path`: from its network, with its sensors.
+    /// Starts evolution from the champion in `path`: from its network, with its sensors and its way to light lamps.
     ///
     /// # Errors
     /// [`Error::File`] if the file cannot be read or holds no champion.
     pub fn start_from(&mut self, path: &Path) -> Result<(), Error> {
-        let Champion { genome, sensors, .. } = champion::read(path)?;
+        let Champion { genome, sensors, dimming, .. } = champion::read(path)?;
         self.evolution.start = Start::Network(genome.into());
-        self.evolution.sensors = sensors;
+        (self.evolution.sensors, self.evolution.dimming) = (sensors, dimming);
         Ok(())
     }
 
@@ -301,7 +301,7 @@ impl EvolvePlan {
         Champion {
             task: Some(self.task.clone()),
             is_virtual: Some(model.is_virtual()),
-            ..Champion::of_model(genome.clone(), &self.evolution.sensors, model, json)
+            ..Champion::of_model(genome.clone(), self.evolution.interface(), model, json)
         }
     }
 
@@ -319,9 +319,9 @@ impl EvolvePlan {
             let judges = plants.iter().take_while(|_| monitor.may_go_on());
             let (genome, transfer) = evolution.champion_of(run, judges, self.trial_plants);
             let unseen = [model].into_iter().take_while(|_| monitor.may_go_on());
-            let sensors = &self.evolution.sensors;
+            let interface = self.evolution.interface();
             let trial =
-                evolve::trial_of_genome(unseen, &self.task, sensors, genome, self.seed, self.trial_plants);
+                evolve::trial_of_genome(unseen, &self.task, interface, genome, self.seed, self.trial_plants);
             let champion = self.champion(genome, model, "");
             let track =
                 champion::simulate(&champion, model, &self.task, self.seed).map_err(Error::at("champion"))?;

@@ -72,6 +72,7 @@ impl EvolutionRecord {
     pub fn champion_of(&self, genome: Genome) -> Champion {
         Champion {
             sensors: self.evolution.sensors.clone(),
+            dimming: self.evolution.dimming,
             task: Some(self.task.clone()),
             model_sha256: Some(self.model_sha256.clone()),
             is_virtual: Some(self.is_virtual),

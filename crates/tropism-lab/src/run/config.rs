@@ -171,7 +171,15 @@ impl RunConfig {
         self.rig.check().and_then(|()| self.rig.calibrated()).map_err(|error| plan(&error))?;
         self.task.check().map_err(|error| plan(&error))?;
         let layout = self.rig.layout().map_err(|error| plan(&error))?;
-        self.controller.check(&layout, self.rig.period_min)
+        self.controller.check(&layout, self.rig.period_min)?;
+        let Some(champion) = self.controller.champion() else { return Ok(()) };
+        self.rig.allowed().permit(champion.dimming.example(&layout)).map_err(|problem| {
+            Error::Plan(format!(
+                "the controller dims lamps, which the rig does not allow: {problem}; set `allowed` of the rig's lamps, such as \
+                 {{ any = {{ most_lit = {}, budget = 1.0 }} }}",
+                layout.len()
+            ))
+        })
     }
 
     /// Makes the run folder at `path`, or opens the one that is there if its configuration is this one; one whose run is

@@ -234,6 +234,13 @@ impl RigFile {
         self.lamps.as_ref().map_or_else(|| Ok(of_tent()), LampsTable::layout).map_err(RigFileError)
     }
 
+    /// The lightings that it allows.
+    #[must_use]
+    pub fn allowed(&self) -> Allowed {
+        let of_lamps = self.lamps.as_ref().map(|lamps| lamps.allowed);
+        of_lamps.or(self.greenhouse.as_ref().map(|tent| tent.allowed)).unwrap_or(Allowed::One)
+    }
+
     /// Its programme; `None` where the controller steers day and night.
     ///
     /// # Errors
@@ -242,9 +249,7 @@ impl RigFile {
         if self.programme.is_empty() {
             return Ok(None);
         }
-        let of_lamps = self.lamps.as_ref().map(|lamps| lamps.allowed);
-        let allowed = of_lamps.or(self.greenhouse.as_ref().map(|tent| tent.allowed)).unwrap_or(Allowed::One);
-        let programme = Programme::new(&self.programme, &self.layout()?, allowed);
+        let programme = Programme::new(&self.programme, &self.layout()?, self.allowed());
         programme.map(Some).map_err(|problem| RigFileError(problem.to_string()))
     }
 

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::space::SpacePoint;
 use crate::geometry::{Point, Polyline, STEM_POINTS};
-use crate::lamps::{Lamp, Layout, Light};
+use crate::lamps::{Lamp, Layout};
+use crate::lighting::Lighting;
 use crate::math;
 use crate::observation::Observation;
 use crate::obstacle::{Obstacle, clearance};
@@ -327,9 +328,10 @@ impl SensorState {
         nearest.map_or([0.0, FAR_CM], |(distance, normal)| normal.map(|axis| -axis * distance))
     }
 
-    /// Remembers the light that was decided upon.
-    pub fn remember(&mut self, light: Light) {
-        let of = |values: &[f64]| values.get(light.index()).copied().unwrap_or(0.0);
+    /// Remembers the lighting that was decided upon: each lamp counts by its power.
+    pub fn remember(&mut self, lighting: impl Into<Lighting>) {
+        let powers = lighting.into().powers();
+        let of = |values: &[f64]| values.iter().zip(powers).map(|(value, power)| value * power).sum::<f64>();
         let (side, front) = (of(&self.sides), of(&self.fronts));
         for (sensor, memory) in self.sensors.0.iter().zip(&mut self.memories) {
             match *sensor {
@@ -366,6 +368,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::lamps::Light;
     use crate::observation::Depth;
 
     fn sensed(state: &mut SensorState, x: f64, y: f64) -> Vec<f64> {

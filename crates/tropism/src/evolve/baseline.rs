@@ -67,7 +67,7 @@ pub fn random_scores<M: BatchModel>(
             .iter()
             .zip(indices)
             .map(|(genome, index)| Episode { controller: genome, noise: noise(index) });
-        let scores = model.score(task, sensors, episodes);
+        let scores = model.score(task, sensors.into(), episodes);
         if tick(scores.len() as u64) { Ok(scores) } else { Err(()) }
     });
     Some(chunks.ok()?.concat())

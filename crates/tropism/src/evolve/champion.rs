@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use tropism_neat::{Genome, GenomeError};
 
-use crate::control::{Controller, NetworkController, Sensors, ShapeError};
+use crate::control::{Controller, Dimming, Interface, NetworkController, Sensors, ShapeError};
 use crate::file::sha256;
 use crate::lamps::Layout;
 use crate::math::statistics;
@@ -97,18 +97,18 @@ pub fn trial<'m, M: PlantModel + 'm, C: Controller>(
 /// [`trial`] of the controller that `genome` describes, by the models' batched path: the same figures, to the bit.
 ///
 /// # Panics
-/// If the genome has not the shape of `sensors` and the models' lamps.
+/// If the genome has not the shape of the sensors and the models' lamps.
 #[must_use]
 pub fn trial_of_genome<'m, M: BatchModel + 'm>(
     models: impl IntoIterator<Item = &'m M>,
     task: &Task,
-    sensors: &Sensors,
+    interface: Interface<'_>,
     genome: &Genome,
     seed: u64,
     plants: u32,
 ) -> Trial {
     trial_by(models, seed, plants, |model, noises| {
-        model.score(task, sensors, noises.map(|noise| Episode { controller: genome, noise }))
+        model.score(task, interface, noises.map(|noise| Episode { controller: genome, noise }))
     })
 }
 
@@ -139,6 +139,9 @@ pub struct Champion {
     /// What the network sees.
     #[serde(default)]
     pub sensors: Sensors,
+    /// How it lights the lamps.
+    #[serde(default, skip_serializing_if = "Dimming::is_switch")]
+    pub dimming: Dimming,
     /// The lamps that it lights.
     #[serde(default)]
     pub layout: Layout,
@@ -193,6 +196,7 @@ impl Champion {
         Self {
             genome,
             sensors: Sensors::default(),
+            dimming: Dimming::Switch,
             layout: Layout::default(),
             period_min: PAPER_PERIOD_MIN,
             task: None,
@@ -202,11 +206,17 @@ impl Champion {
         }
     }
 
-    /// A network that was evolved on `model` with `sensors`. `model_json` is the model's file, of which the digest is kept.
+    /// A network that was evolved on `model` with `interface`. `model_json` is the model's file, of which the digest is kept.
     #[must_use]
-    pub fn of_model<M: PlantModel>(genome: Genome, sensors: &Sensors, model: &M, model_json: &str) -> Self {
+    pub fn of_model<M: PlantModel>(
+        genome: Genome,
+        Interface { sensors, dimming }: Interface<'_>,
+        model: &M,
+        model_json: &str,
+    ) -> Self {
         Self {
             sensors: sensors.clone(),
+            dimming,
             layout: model.layout().clone(),
             period_min: model.period_min(),
             model_sha256: Some(sha256(model_json)),
@@ -219,7 +229,8 @@ impl Champion {
     /// # Errors
     /// [`ShapeError`] if the network does not fit sensors and lamps.
     pub fn controller(&self, task: &Task) -> Result<NetworkController, ShapeError> {
-        NetworkController::new(&self.genome, &self.sensors, task, &self.layout)
+        let interface = Interface { sensors: &self.sensors, dimming: self.dimming };
+        NetworkController::new(&self.genome, interface, task, &self.layout)
     }
 
     /// Checks that the network fits sensors and lamps, and that the task can be done.

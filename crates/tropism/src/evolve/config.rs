@@ -1,12 +1,12 @@
 //! Settings of an evolution.
 
 use serde::{Deserialize, Serialize};
-use tropism_neat::{Config, NeatError};
+use tropism_neat::{Activation, Config, NeatError};
 
 use super::search::Method;
 use super::start::{self, Start, StartError};
 use crate::check::{OutOfRange, within};
-use crate::control::Sensors;
+use crate::control::{Dimming, Interface, Sensors};
 
 /// How controllers are evolved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +22,10 @@ pub struct EvolutionConfig {
     /// What the networks see. Paper: x and y of the tip.
     #[serde(skip_serializing_if = "Sensors::is_tip")]
     pub sensors: Sensors,
+    /// How the networks light the lamps. Paper: one lamp at full power. Else output neurons must be smooth, and the model one of
+    /// the stem.
+    #[serde(skip_serializing_if = "Dimming::is_switch")]
+    pub dimming: Dimming,
     /// From which networks evolution starts. Paper: random ones.
     #[serde(skip_serializing_if = "Start::is_random")]
     pub start: Start,
@@ -39,6 +43,7 @@ impl Default for EvolutionConfig {
             generations: 2000,
             episodes: 1,
             sensors: Sensors::default(),
+            dimming: Dimming::default(),
             start: Start::default(),
             method: Method::default(),
             neat: Config::wahby2016(),
@@ -56,12 +61,29 @@ pub enum EvolutionError {
     /// NEAT's own.
     #[error(transparent)]
     Neat(#[from] NeatError),
+    /// Lamps that are dimmed before a model that cannot.
+    #[error(
+        "the model knows one lamp at full power alone, and networks dim lamps (`dimming`): fit a model of the stem"
+    )]
+    OneLamp,
+    /// Lamps that are dimmed by neurons that cannot.
+    #[error(
+        "found step neurons as outputs (`neat.output_activation`), wanted smooth ones, such as UnsignedSigmoid: they dim lamps \
+         (`dimming`)"
+    )]
+    Step,
     /// A start that sensors, lamps or task cannot express.
     #[error(transparent)]
     Start(#[from] StartError),
 }
 
 impl EvolutionConfig {
+    /// What stands between the networks and the plants.
+    #[must_use]
+    pub const fn interface(&self) -> Interface<'_> {
+        Interface { sensors: &self.sensors, dimming: self.dimming }
+    }
+
     /// Checks what a file may have got wrong.
     ///
     /// # Errors
@@ -71,6 +93,11 @@ impl EvolutionConfig {
         within("generations", self.generations, 1..=10_000_000)?;
         within("episodes", self.episodes, 1..=10_000)?;
         self.neat.check().map_err(NeatError::from)?;
+        let is_step =
+            matches!(self.neat.output_activation, Activation::UnsignedStep | Activation::SignedStep);
+        if is_step && !self.dimming.is_switch() {
+            return Err(EvolutionError::Step);
+        }
         if self.method == Method::CmaEs {
             within("neat.population", self.neat.population, 4..=10_000)?;
         }

@@ -103,6 +103,9 @@ impl<'p, M: BatchModel> Evolution<'p, M> {
         seed: u64,
     ) -> Result<Self, EvolutionError> {
         config.check()?;
+        if !config.dimming.is_switch() && !model.knows_levels() {
+            return Err(EvolutionError::OneLamp);
+        }
         let start = match &config.start {
             Start::Random => None,
             Start::Greedy => Some(start::greedy_genome(&config.sensors, &config.neat, task, model.layout())?),
@@ -171,7 +174,7 @@ impl<'p, M: BatchModel> Evolution<'p, M> {
         let episodes = individuals.flat_map(|(individual, genome)| {
             (0..count).map(move |episode| Episode { controller: genome, noise: noise(individual, episode) })
         });
-        let fitness = self.model.score(self.task, &self.config.sensors, episodes);
+        let fitness = self.model.score(self.task, self.config.interface(), episodes);
         let count = count as usize;
         let scores: Vec<f64> =
             fitness.chunks_exact(count).map(|own| statistics::mean(own.iter().copied())).collect();
@@ -241,9 +244,9 @@ impl<'p, M: BatchModel> Evolution<'p, M> {
         M: 'm,
     {
         let candidates = self.candidates(run);
-        let sensors = &self.config.sensors;
+        let (interface, seed) = (self.config.interface(), self.seed);
         let trial =
-            |genome: &&Genome| trial_of_genome(judges.clone(), self.task, sensors, genome, self.seed, plants);
+            |genome: &&Genome| trial_of_genome(judges.clone(), self.task, interface, genome, seed, plants);
         let choice = Choice::of(candidates.iter().map(trial).collect());
         (candidates[choice.run], choice.trials[choice.run])
     }

@@ -68,10 +68,7 @@ fn check_count(found: usize, wanted: usize, of: &str) -> Result<(), StartError> 
 /// The input that is the sideways offset to the next target, if `sensors` and the activation function of `neat` can express the
 /// greedy rule.
 pub(super) fn offset_input(sensors: &Sensors, neat: &Config) -> Result<usize, StartError> {
-    if neat.output_activation != Activation::UnsignedStep {
-        let found = format!("output_activation {:?}", neat.output_activation);
-        return Err(StartError::greedy(found, "unsigned_step"));
-    }
+    greedy_bias(neat)?;
     let offset = |sensor: &Sensor| *sensor == Sensor::ToTarget { ahead: 0 };
     let place = sensors.sensors().iter().position(offset).ok_or_else(|| {
         let found = format!("the sensors {}", serde_json::to_string(sensors).unwrap_or_default());
@@ -80,8 +77,20 @@ pub(super) fn offset_input(sensors: &Sensors, neat: &Config) -> Result<usize, St
     Ok(sensors.sensors()[..place].iter().map(|sensor| sensor.inputs()).sum())
 }
 
+/// The bias at which an output neuron is above 0.5 where all else is above 0.
+fn greedy_bias(neat: &Config) -> Result<f64, StartError> {
+    match neat.output_activation {
+        Activation::UnsignedStep => Ok(0.5 + neat.activation_b),
+        Activation::UnsignedSigmoid => Ok(-neat.activation_b / neat.activation_a),
+        other => Err(StartError::greedy(
+            format!("output_activation {other:?}"),
+            "unsigned_step or unsigned_sigmoid",
+        )),
+    }
+}
+
 /// The minimal genome that lights the lamp on the side of the next target: weight 1 for the sideways offset, and a bias at which
-/// the unsigned step switches where the offset is above 0. All other weights are 0.
+/// the output passes 0.5 where the offset is above 0. All other weights are 0.
 ///
 /// With a weight of 1 a later link from another input counts in cm per unit of that input, as the numbers of a
 /// [rule](crate::control::PredictiveRule) do. Offsets of at most 2^-54 cm are lost beside the bias.
@@ -105,7 +114,7 @@ pub(super) fn greedy_genome(
     }
     let mut weights = vec![0.0; sensors.inputs() + 1];
     weights[input] = 1.0;
-    weights[sensors.inputs()] = 0.5 + neat.activation_b;
+    weights[sensors.inputs()] = greedy_bias(neat)?;
     Genome::linear(neat, sensors.inputs(), &weights)
         .map_err(|error| StartError::greedy(error.to_string(), "sensors and parameters of a network"))
 }
@@ -126,15 +135,20 @@ mod tests {
     #[test]
     fn the_greedy_genome_decides_as_the_greedy_rule() {
         let (task, layout) = (Task::default(), Layout::default());
-        let genome = greedy_genome(&sensors(), &Config::wahby2016(), &task, &layout).unwrap();
-        let mut network = NetworkController::new(&genome, &sensors(), &task, &layout).unwrap();
         let mut greedy = Greedy::new(&task, &layout);
+        let network = |neat: &Config| {
+            let genome = greedy_genome(&sensors(), neat, &task, &layout).unwrap();
+            NetworkController::new(&genome, &sensors(), &task, &layout).unwrap()
+        };
+        let smooth = Config { output_activation: Activation::UnsignedSigmoid, ..Config::wahby2016() };
+        let mut networks = [network(&Config::wahby2016()), network(&smooth)];
         // Targets are at x = 3, -5 and -1. Numbers next to 3 are farther from it than the 2^-54 that the bias rounds away.
         let near = 2.0 * f64::EPSILON;
         for y in [4.0, 6.0, 8.9, 13.4, 14.0] {
             for x in [-9.0, -5.0, -1.0, 0.0, 2.9, 3.0 - near, 3.0, 3.0 + near, 9.0] {
                 let seen = Observation::simulated(Point::new(x, y));
-                assert_eq!(network.decide(&seen), greedy.decide(&seen), "{x} {y}");
+                let wanted = greedy.decide(&seen);
+                assert_eq!(networks.each_mut().map(|network| network.decide(&seen)), [wanted; 2], "{x} {y}");
             }
         }
     }

@@ -21,6 +21,7 @@ pub mod stem;
 
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
+use crate::lighting::Lighting;
 use crate::observation::Observation;
 use crate::obstacle::Solid;
 use crate::random::StepNoise;
@@ -86,6 +87,24 @@ pub trait PlantModel: Sync {
     /// model needs: eq. (4) needs one.
     fn step(&self, plant: &mut Self::Plant, light: Light, noise: &mut StepNoise);
 
+    /// [`step`](Self::step) under the levels of all lamps, of which one at least is lit.
+    ///
+    /// # Panics
+    /// By default for all but one lamp at full power. A model that takes others says so ([`knows_levels`](Self::knows_levels)).
+    fn shine(&self, plant: &mut Self::Plant, lighting: Lighting, noise: &mut StepNoise) {
+        match lighting.single() {
+            Some(Some(light)) => self.step(plant, light, noise),
+            _ => panic!(
+                "found the lighting {lighting}, wanted one lamp at full power: this model knows no other"
+            ),
+        }
+    }
+
+    /// Whether [`shine`](Self::shine) takes several lamps, and any levels.
+    fn knows_levels(&self) -> bool {
+        false
+    }
+
     /// What a camera would see of the plant.
     fn observe(&self, plant: &Self::Plant) -> Observation;
 
@@ -108,6 +127,9 @@ pub trait PlantModel: Sync {
 pub trait Plant: Send + Sync {
     /// [`PlantModel::step`].
     fn step(&mut self, light: Light, noise: &mut StepNoise);
+
+    /// [`PlantModel::shine`].
+    fn shine(&mut self, lighting: Lighting, noise: &mut StepNoise);
 
     /// [`PlantModel::observe`].
     fn observe(&self) -> Observation;

@@ -8,9 +8,10 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use tropism_neat::Genome;
 
 use super::{BatchModel, Episode};
-use crate::control::{PredictiveRule, Sensors};
+use crate::control::{Interface, PredictiveRule};
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
+use crate::lighting::Lighting;
 use crate::observation::Observation;
 use crate::obstacle::Solid;
 use crate::plant::stem::{PlaneModel, SpaceModel};
@@ -23,11 +24,11 @@ use crate::track::{Sample, Track};
 /// The kinds of models that files, plans and options name. A new one is its type and a line here.
 static KINDS: [Kind; 3] = [
     Kind { has_settings: true, ..Kind::of::<TipModel>("tip", "tropism.model/2", None) },
-    Kind { knows_stem: true, ..Kind::of::<PlaneModel>("stem", "tropism.stem-model/2", Some(1)) },
+    Kind { knows_stem: true, ..Kind::of::<PlaneModel>("stem", "tropism.stem-model/3", Some(1)) },
     Kind {
         knows_stem: true,
         is_in_space: true,
-        ..Kind::of::<SpaceModel>("space", "tropism.stem-model/2", Some(2))
+        ..Kind::of::<SpaceModel>("space", "tropism.stem-model/3", Some(2))
     },
 ];
 
@@ -201,12 +202,13 @@ trait DynModel: FittedModel {
     fn seedling(self: Arc<Self>, start: Point, noise: &mut StepNoise) -> Box<dyn Plant>;
     fn resumed(self: Arc<Self>, past: &[Sample], noise: &mut StepNoise) -> Box<dyn Plant>;
     fn twins(self: Arc<Self>, past: &[Sample], noises: &mut [StepNoise]) -> Vec<Box<dyn Plant>>;
+    fn knows_levels(&self) -> bool;
     fn layout(&self) -> &Layout;
     fn period_min(&self) -> f64;
     fn score(
         &self,
         task: &Task,
-        sensors: &Sensors,
+        interface: Interface<'_>,
         episodes: &mut dyn Iterator<Item = Episode<&Genome>>,
     ) -> Vec<f64>;
     fn score_rules(
@@ -227,6 +229,10 @@ struct Grown<M: PlantModel> {
 impl<M: PlantModel<Plant: Send + Sync + 'static> + Send + 'static> Plant for Grown<M> {
     fn step(&mut self, light: Light, noise: &mut StepNoise) {
         self.model.step(&mut self.plant, light, noise);
+    }
+
+    fn shine(&mut self, lighting: Lighting, noise: &mut StepNoise) {
+        self.model.shine(&mut self.plant, lighting, noise);
     }
 
     fn observe(&self) -> Observation {
@@ -260,6 +266,10 @@ impl<M: FittedModel + BatchModel<Plant: Send + Sync + 'static> + Send + 'static>
         PlantModel::twins(&*self, past, noises).into_iter().map(boxed).collect()
     }
 
+    fn knows_levels(&self) -> bool {
+        PlantModel::knows_levels(self)
+    }
+
     fn layout(&self) -> &Layout {
         PlantModel::layout(self)
     }
@@ -271,10 +281,10 @@ impl<M: FittedModel + BatchModel<Plant: Send + Sync + 'static> + Send + 'static>
     fn score(
         &self,
         task: &Task,
-        sensors: &Sensors,
+        interface: Interface<'_>,
         episodes: &mut dyn Iterator<Item = Episode<&Genome>>,
     ) -> Vec<f64> {
-        BatchModel::score(self, task, sensors, episodes)
+        BatchModel::score(self, task, interface, episodes)
     }
 
     fn score_rules(
@@ -375,12 +385,20 @@ impl PlantModel for AnyModel {
         plant.step(light, noise);
     }
 
+    fn shine(&self, plant: &mut Box<dyn Plant>, lighting: Lighting, noise: &mut StepNoise) {
+        plant.shine(lighting, noise);
+    }
+
     fn observe(&self, plant: &Box<dyn Plant>) -> Observation {
         plant.observe()
     }
 
     fn is_beyond_data(&self, plant: &Box<dyn Plant>) -> bool {
         plant.is_beyond_data()
+    }
+
+    fn knows_levels(&self) -> bool {
+        self.model.knows_levels()
     }
 
     fn layout(&self) -> &Layout {
@@ -396,10 +414,10 @@ impl BatchModel for AnyModel {
     fn score<'g>(
         &self,
         task: &Task,
-        sensors: &Sensors,
+        interface: Interface<'_>,
         mut episodes: impl Iterator<Item = Episode<&'g Genome>>,
     ) -> Vec<f64> {
-        self.model.score(task, sensors, &mut episodes)
+        self.model.score(task, interface, &mut episodes)
     }
 
     fn score_rules(

@@ -13,6 +13,7 @@ use std::convert::Infallible;
 use crate::control::Controller;
 use crate::environment::{Environment, run, unwatched};
 use crate::lamps::{Layout, Light};
+use crate::lighting::Lighting;
 use crate::observation::Observation;
 use crate::plant::PlantModel;
 use crate::random::{NoiseStream, Purpose};
@@ -48,7 +49,11 @@ impl<M: PlantModel> Environment for Simulation<'_, M> {
     }
 
     fn step(&mut self, light: Light) -> Result<(), Infallible> {
-        self.model.step(&mut self.plant, light, &mut self.noise.at(self.step));
+        self.shine(light.into())
+    }
+
+    fn shine(&mut self, lighting: Lighting) -> Result<(), Infallible> {
+        self.model.shine(&mut self.plant, lighting, &mut self.noise.at(self.step));
         self.step += 1;
         Ok(())
     }
@@ -118,8 +123,8 @@ pub fn cautious_fitness_of<M: PlantModel>(
     let mut fitness = 0.0;
     let mut step = 0;
     while !task.is_over(step, &past.latest) {
-        let light = controller.decide(&past.latest);
-        model.step(&mut plant, light, &mut noise.at(step));
+        let lighting = controller.lighting(&past.latest);
+        model.shine(&mut plant, lighting, &mut noise.at(step));
         let after = model.observe(&plant);
         fitness += task.step_fitness(&past, &after);
         fitness -= if model.is_beyond_data(&plant) { beyond_cost_cm } else { 0.0 };

@@ -4,7 +4,7 @@ use tropism_neat::Genome;
 
 use super::batch;
 use super::{cautious_fitness_of, fitness_of};
-use crate::control::{NetworkController, PredictiveGreedy, PredictiveRule, Sensors};
+use crate::control::{Interface, NetworkController, PredictiveGreedy, PredictiveRule};
 use crate::plant::PlantModel;
 use crate::plant::stem::{PlaneModel, SpaceModel};
 use crate::plant::tip::TipModel;
@@ -28,14 +28,15 @@ pub trait BatchModel: PlantModel + Sized {
     /// The fitness of each episode's network, in order.
     ///
     /// # Panics
-    /// If a genome has not the inputs of `sensors` and the outputs of the model's lamps.
+    /// If a genome has not the inputs of the sensors and the outputs of the model's lamps, or where it dims lamps of a model that
+    /// knows one lamp at full power alone.
     fn score<'g>(
         &self,
         task: &Task,
-        sensors: &Sensors,
+        interface: Interface<'_>,
         episodes: impl Iterator<Item = Episode<&'g Genome>>,
     ) -> Vec<f64> {
-        one_by_one(self, task, sensors, episodes)
+        one_by_one(self, task, interface, episodes)
     }
 
     /// The fitness of each episode's rule, in order, less `beyond_cost_cm` for each step after which the plant is
@@ -66,11 +67,11 @@ fn rules_one_by_one<M: PlantModel>(
 fn one_by_one<'g, M: PlantModel>(
     model: &M,
     task: &Task,
-    sensors: &Sensors,
+    interface: Interface<'_>,
     episodes: impl Iterator<Item = Episode<&'g Genome>>,
 ) -> Vec<f64> {
     let score = |episode: Episode<&Genome>| {
-        let mut controller = NetworkController::new(episode.controller, sensors, task, model.layout())
+        let mut controller = NetworkController::new(episode.controller, interface, task, model.layout())
             .expect("genomes of the shape of sensors and lamps");
         fitness_of(model, &mut controller, task, episode.noise)
     };
@@ -82,14 +83,18 @@ impl BatchModel for TipModel {
     fn score<'g>(
         &self,
         task: &Task,
-        sensors: &Sensors,
+        interface: Interface<'_>,
         episodes: impl Iterator<Item = Episode<&'g Genome>>,
     ) -> Vec<f64> {
         match task.reading() {
-            Some(reading) if sensors.is_tip() && self.layout().len() == 2 => {
+            Some(reading)
+                if interface.sensors.is_tip()
+                    && interface.dimming.is_switch()
+                    && self.layout().len() == 2 =>
+            {
                 batch::fitness_of_networks(self, task, reading, &mut { episodes })
             }
-            _ => one_by_one(self, task, sensors, episodes),
+            _ => one_by_one(self, task, interface, episodes),
         }
     }
 }

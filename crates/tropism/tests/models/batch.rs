@@ -64,7 +64,7 @@ fn ten_thousand_genomes_of_all_sizes_have_the_fitness_of_the_plain_path_to_the_b
         (Task { score: Reading::Arrival, ..many_targets(7) }, &genomes[8000..8100]),
     ] {
         let episode = |(number, genome)| Episode { controller: genome, noise: noise(number) };
-        let fast = model.score(&task, &Sensors::default(), part.iter().enumerate().map(episode));
+        let fast = model.score(&task, (&Sensors::default()).into(), part.iter().enumerate().map(episode));
         for (number, genome) in part.iter().enumerate() {
             let mut plain = NetworkController::of_tip(genome).unwrap();
             let exact = fitness_of(&model, &mut plain, &task, noise(number));
@@ -82,7 +82,7 @@ fn many_targets(count: u32) -> Task {
 
 #[test]
 fn no_episodes_are_no_work() {
-    assert!(tip_model().score(&Task::default(), &Sensors::default(), std::iter::empty()).is_empty());
+    assert!(tip_model().score(&Task::default(), (&Sensors::default()).into(), std::iter::empty()).is_empty());
 }
 
 fn stem_model() -> PlaneModel {

@@ -18,7 +18,7 @@ fn a_genome_is_tried_as_its_controller_is() {
     let models = [model.clone(), model.clone()];
     let controller = NetworkController::of_tip(genome).unwrap();
     let plain = trial(&models, &task, || controller.clone(), 4, 50);
-    assert_eq!(trial_of_genome(&models, &task, &Sensors::default(), genome, 4, 50), plain);
+    assert_eq!(trial_of_genome(&models, &task, (&Sensors::default()).into(), genome, 4, 50), plain);
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn a_champion_file_comes_back_with_task_and_sensors() {
         task: Some(Task::default()),
         is_virtual: Some(true),
         expected: Some(Trial { mean: 9.1, sd: 2.5, plants: 1200 }),
-        ..Champion::of_model(genome.clone(), &sensors, &leaning(), "{}")
+        ..Champion::of_model(genome.clone(), (&sensors).into(), &leaning(), "{}")
     };
     assert_eq!(Champion::from_json(&champion.to_json()).unwrap(), champion);
     let error = Champion::of_genome(genome).check().unwrap_err().to_string();

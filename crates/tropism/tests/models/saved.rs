@@ -61,7 +61,7 @@ fn an_evolution_from_greedy_resumes_and_never_ends_below_it() {
     assert_eq!(saved.to_json(), run.to_json());
     let candidates = evolution.candidates(&run);
     assert_eq!((candidates[1], evolution.start()), (&greedy, Some(&greedy)));
-    let trial = |genome| trial_of_genome(judges, &task, &evolution.config().sensors, genome, 7, 20).mean;
+    let trial = |genome| trial_of_genome(judges, &task, evolution.config().interface(), genome, 7, 20).mean;
     let (champion, found) = evolution.champion_of(&run, judges, 20);
     assert_eq!(found.mean, trial(champion));
     assert_eq!(found.mean, f64::max(trial(candidates[0]), trial(candidates[1])));

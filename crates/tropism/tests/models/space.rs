@@ -5,6 +5,7 @@ use tropism::control::{Greedy, Periodic};
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
+use tropism::lighting::Lighting;
 use tropism::math::{
     self,
     vector::{add, distance, dot, norm},
@@ -73,6 +74,32 @@ fn simulated_plants_follow_each_lamp_and_stay_near_the_data() {
 }
 
 #[test]
+fn several_lamps_draw_between_them_and_a_dimmed_one_draws_less() {
+    let model = SpaceModel::fit([&grown(1), &grown(2)]).unwrap();
+    assert!(model.knows_levels());
+    let drawn = |lighting: Lighting| {
+        let mut sum = [0.0; 2];
+        for episode in 0..12 {
+            let noise = NoiseStream::new(3, Purpose::Trial, [episode, 0, 0]);
+            let mut plant = model.seedling(Point::new(0.0, 4.0), &mut noise.of_seedling());
+            for step in 0..60 {
+                model.shine(&mut plant, lighting, &mut noise.at(step));
+            }
+            let [x, _, z] = model.observe(&plant).tip_in_space().unwrap();
+            sum = add(sum, [x / 12.0, z / 12.0]);
+        }
+        sum
+    };
+    let right = Lighting::only(Light::RIGHT);
+    let [full, weak, balanced] = [255, 26, 0].map(|level| drawn(Lighting::DARK.with(Light::RIGHT, level)));
+    assert!(full[0] > weak[0] + 0.3 && weak[0] > balanced[0] + 0.3, "{full:?} {weak:?} {balanced:?}");
+    let corner = drawn(right.with(Light::FRONT, 255));
+    assert!(corner[0] > 0.5 && corner[1] > 0.5, "{corner:?}");
+    let both = drawn(right.with(Light::LEFT, 255));
+    assert!(both[0].abs() < 0.3 * full[0], "{both:?}");
+}
+
+#[test]
 fn a_stem_winds_round_a_pole_and_never_lies_in_it() {
     let model = SpaceModel::fit([&grown(1), &grown(2)]).unwrap();
     let task = Task { max_steps: 400, ..Task::spiral() };
@@ -115,6 +142,7 @@ fn json_comes_back_and_damage_is_named() {
     let mut gap = grown(2);
     gap.samples[50].depth = None;
     gap.samples[80].light = None;
+    gap.samples[90].set_lighting(Lighting::only(Light::BACK).with(Light::LEFT, 40));
     gap.samples.remove(120);
     let model = SpaceModel::fit([&grown(1), &gap]).unwrap().of_virtual_plants(true);
     // Two changes touch a lost stem, and twelve steps remember the later one; a missing step also loses its light.
@@ -128,9 +156,11 @@ fn json_comes_back_and_damage_is_named() {
     assert_eq!(SpaceModel::from_json(&text).unwrap(), model);
     let error = |text: &str| SpaceModel::from_json(text).unwrap_err().to_string();
     assert!(error(&text.replace("\"axes\":2", "\"axes\":1")).contains("found a model of 1 axes, wanted 2"));
-    assert!(error(&text.replacen("\"light\":\"0", "\"light\":\"00", 1)).contains("lengths"));
-    assert!(error(&text.replacen("\"light\":\"0", "\"light\":\"7", 1)).contains("of 4 lamps"));
-    assert!(error(&text.replacen("\"light\":\"0", "\"light\":\"x", 1)).contains("light 'x'"));
+    let light = |first: &str| text.replacen("\"light\":[\"", &format!("\"light\":[\"{first}"), 1);
+    assert!(error(&light("left\",\"")).contains("lengths"));
+    assert!(error(&light("up")).contains("wanted left, right, front, back or dark"));
+    assert!(error(&light("left:256+")).contains("wanted a level from 1 to 255"));
+    assert!(text.contains("\"left:40+back\""));
     assert!(
         error(&text.replacen("\"plants\":", "\"plant\":1,\"plants\":", 1)).contains("unknown field `plant`")
     );

@@ -75,7 +75,9 @@ fn json_comes_back_and_damage_is_named() {
     assert_eq!(ModelKind::of_file(&text), Some(ModelKind::STEM));
     assert_eq!(PlaneModel::from_json(&text).unwrap(), model);
     let error = |text: &str| PlaneModel::from_json(text).unwrap_err().to_string();
-    assert!(error(&text.replace("stem-model/2", "stem-model/9")).contains("wanted \"tropism.stem-model/2\""));
-    assert!(error(&text.replacen("\"light\":\"0", "\"light\":\"00", 1)).contains("lengths"));
+    assert!(error(&text.replace("stem-model/3", "stem-model/9")).contains("wanted \"tropism.stem-model/3\""));
+    assert!(
+        error(&text.replacen("\"light\":[\"left\"", "\"light\":[\"left\",\"left\"", 1)).contains("lengths")
+    );
     assert!(error(&text.replacen("\"stem\":[[[0.0", "\"stem\":[[[1e300", 1)).contains("1e300"));
 }

@@ -3,14 +3,14 @@
 use super::body::Residual;
 use super::errors::smooth_lengths;
 use super::history::History;
-use super::measured::{Lit, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants};
+use super::light::Lamps;
+use super::measured::{MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants};
 use super::regression::{Posterior, ridge_regression};
 use super::replay::{Record, Replay};
 use super::shape::{MODES, Modes, Place, Scores, stem_of, top_of};
-use super::terms::{MIDDLE_LENGTH_CM, TERMS, Windows, expected};
-use crate::lamps::{Layout, Light};
+use super::terms::{TERMS, Windows, expected};
 use crate::math::statistics::mean;
-use crate::math::vector::{norm, sub};
+use crate::math::vector::sub;
 use crate::plant::ModelError;
 
 /// Weights of the change of each score.
@@ -27,17 +27,6 @@ const PLANT_RIDGE: f64 = 100.0;
 /// Ridge of the weights of a plant that is being steered, which are drawn to those of a measured one. Chosen: of 30, 100, 300 and 1000
 /// the tip of 20 virtual beans an hour ahead was predicted best at 100 and 300.
 const LEARNING_RIDGE: f64 = 200.0;
-
-/// The light of a lamp along the axes. In the plane its side, -1 or 1. In space x and z of the unit vector to it from the middle of
-/// the heights; a lamp right above the plant has no side.
-pub(super) fn direction<const AXES: usize>(layout: &Layout, light: Light) -> [f64; AXES] {
-    if AXES == 1 {
-        return [layout.side(light); AXES];
-    }
-    let [x, y, z] = layout.lamps()[light.index()].at;
-    let far = norm([x, y - MIDDLE_LENGTH_CM, z]);
-    core::array::from_fn(|axis| if far > 0.0 { [x, z][axis] / far } else { 0.0 })
-}
 
 /// A measured step: its residual, and the state in which it was.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,9 +63,10 @@ pub(super) fn rows<const AXES: usize>(
     let lengths = smooth_lengths(&plant.lengths(modes), measured.period_min);
     let scores = plant.scores(modes);
     let mut rows = Vec::new();
-    for step in 0..plant.tips.len().saturating_sub(1) {
-        light.add(light_of(&measured.layout, plant.lights[step]));
-        if plant.lights[step] == Lit::Unknown {
+    let lamps = Lamps::of(&measured.layout);
+    for (step, lit) in plant.lit(&lamps).enumerate().take(plant.tips.len().saturating_sub(1)) {
+        light.add(lit.unwrap_or([[0.0]; AXES]));
+        if lit.is_none() {
             light_gap = windows.oldest_light();
         }
         let change = scores[step].zip(scores[step + 1]).map(|(from, to)| changes_of(&from, &to));
@@ -107,14 +97,6 @@ pub(super) fn rows<const AXES: usize>(
         light_gap = light_gap.saturating_sub(1);
     }
     rows
-}
-
-/// The light of a step; none in the dark and where it is not known.
-pub(super) fn light_of<const AXES: usize>(layout: &Layout, lit: Lit) -> [[f64; 1]; AXES] {
-    match lit {
-        Lit::Lamp(light) => direction(layout, light).map(|side| [side]),
-        Lit::Dark | Lit::Unknown => [[0.0]; AXES],
-    }
 }
 
 pub(super) fn changes_of<const AXES: usize>(from: &[Scores; AXES], to: &[Scores; AXES]) -> [Scores; AXES] {

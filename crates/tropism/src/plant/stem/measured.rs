@@ -3,13 +3,15 @@
 use serde::{Deserialize, Serialize};
 
 use super::super::fitted::{ModelError, shared_layout_and_period};
+use super::light::Lamps;
 use super::shape::{Modes, Place, Scores, Stem, tilts};
 use crate::check::ensure;
 use crate::file::schema_of;
 use crate::geometry::STEM_POINTS;
 use crate::geometry::path::{length, resampled};
 use crate::geometry::space::SpacePoint;
-use crate::lamps::{Layout, Light};
+use crate::lamps::Layout;
+use crate::lighting::{FULL, Lighting};
 use crate::math::statistics::mean;
 use crate::observation::{Observation, Quality};
 use crate::track::{SAME_PERIOD, Sample, Track};
@@ -31,17 +33,6 @@ pub(super) const MAX_HEIGHT_CM: f64 = 16.0;
 /// Coordinates beyond this are no plant. Chosen, as in the tip model.
 const FARTHEST_CM: f64 = 1000.0;
 
-/// What lit a plant from a step to the next.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Lit {
-    /// Not known.
-    Unknown,
-    /// No lamp.
-    Dark,
-    /// A lamp of the layout.
-    Lamp(Light),
-}
-
 /// What was observed of one plant, step by step from its first observation: as the front camera sees it, or in space.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MeasuredPlant<const AXES: usize> {
@@ -49,8 +40,8 @@ pub(super) struct MeasuredPlant<const AXES: usize> {
     pub(super) tips: Vec<Option<Place<AXES>>>,
     /// The stem at each step; `None` where none was seen.
     pub(super) stems: Vec<Option<Stem<AXES>>>,
-    /// What was lit from each step to the next.
-    pub(super) lights: Vec<Lit>,
+    /// How the lamps that steer were lit from each step to the next; `None` where it is not known.
+    pub(super) lightings: Vec<Option<Lighting>>,
 }
 
 /// The tip of an observation; `None` where it is not known on all axes.
@@ -74,7 +65,8 @@ fn stem_of<const AXES: usize>(seen: &Observation) -> Option<Stem<AXES>> {
 impl<const AXES: usize> MeasuredPlant<AXES> {
     /// The first `steps` steps of `samples`, under the lamps of `layout`.
     pub(super) fn of_samples(samples: &[Sample], layout: &Layout, steps: usize) -> Self {
-        let mut plant = Self { tips: Vec::new(), stems: Vec::new(), lights: Vec::new() };
+        let mut plant = Self { tips: Vec::new(), stems: Vec::new(), lightings: Vec::new() };
+        let steering = layout.steering().fold(Lighting::DARK, |lamps, light| lamps.with(light, FULL));
         let first = samples.first().map_or(0, |sample| sample.step);
         for sample in samples {
             let step = sample.step.wrapping_sub(first) as usize;
@@ -83,13 +75,8 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
             }
             plant.tips.resize(step + 1, None);
             plant.stems.resize(step + 1, None);
-            plant.lights.resize(step + 1, Lit::Unknown);
-            plant.lights[step] = match sample.lighting().bending(layout) {
-                Some(Some(light)) => Lit::Lamp(light),
-                Some(None) => Lit::Dark,
-                // The model is of one lamp.
-                None => Lit::Unknown,
-            };
+            plant.lightings.resize(step + 1, None);
+            plant.lightings[step] = Some(sample.lighting().zip(steering, u8::min));
             if sample.quality != Quality::CarriedForward {
                 let seen = sample.observation();
                 plant.tips[step] = tip_of(&seen);
@@ -121,6 +108,15 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
         Place { aside, up: along(&|base| base.up) }
     }
 
+    /// The light from each step to the next, `None` where it is not known: on the tip where it is then or was last measured.
+    pub(super) fn lit(&self, lamps: &Lamps<AXES>) -> impl Iterator<Item = Option<[[f64; 1]; AXES]>> {
+        let mut tip = self.tips.iter().flatten().next().copied().unwrap_or(Place::of([0.0; 3]));
+        self.tips.iter().zip(&self.lightings).map(move |(seen, lighting)| {
+            tip = seen.unwrap_or(tip);
+            Some(lamps.light((*lighting)?, tip))
+        })
+    }
+
     /// The scores of each stem; `None` without a stem.
     pub(super) fn scores(&self, modes: &Modes) -> Vec<Option<[Scores; AXES]>> {
         self.stems.iter().map(|stem| Some(modes.scores(tilts(stem.as_ref()?)))).collect()
@@ -131,8 +127,8 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
         self.stems.iter().map(|stem| Some(modes.length_cm(stem.as_ref()?))).collect()
     }
 
-    /// Checks coordinates and lights; the plant is number `index`, from 0.
-    fn check(&self, index: usize, layout: &Layout) -> Result<(), ModelError> {
+    /// Checks coordinates; the plant is number `index`, from 0.
+    fn check(&self, index: usize) -> Result<(), ModelError> {
         let is_far = |place: &&Place<AXES>| {
             !place.aside.iter().chain([&place.up]).all(|coordinate| coordinate.abs() <= FARTHEST_CM)
         };
@@ -140,22 +136,12 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
         if let Some(place) = places.into_iter().find(is_far) {
             return Err(ModelError::Shift { index, found: format!("{:?}", place.in_space()) });
         }
-        let is_other = |lit: &&Lit| matches!(lit, Lit::Lamp(light) if !layout.contains(*light));
-        match self.lights.iter().find(is_other) {
-            Some(lit) => {
-                Err(ModelError::Shift { index, found: format!("{lit:?} of {} lamps", layout.len()) })
-            }
-            None => Ok(()),
-        }
+        Ok(())
     }
 
-    fn entry(&self) -> FilePlant {
+    fn entry(&self, layout: &Layout) -> FilePlant {
         let point = |place: &Place<AXES>| place.in_space()[..=AXES].to_vec();
-        let letter = |lit: &Lit| match lit {
-            Lit::Unknown => '?',
-            Lit::Dark => 'd',
-            Lit::Lamp(light) => light.letter(),
-        };
+        let word = |lighting: &Option<Lighting>| lighting.map(|lighting| lighting.word(layout));
         FilePlant {
             tip: self.tips.iter().map(|tip| tip.as_ref().map(point)).collect(),
             stem: self
@@ -163,12 +149,12 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
                 .iter()
                 .map(|stem| stem.as_ref().map(|stem| stem.iter().map(point).collect()))
                 .collect(),
-            light: self.lights.iter().map(letter).collect(),
+            light: self.lightings.iter().map(word).collect(),
         }
     }
 
     /// The plant of an entry, which is number `index`, from 0.
-    fn of_entry(entry: FilePlant, index: usize) -> Result<Self, ModelError> {
+    fn of_entry(entry: FilePlant, index: usize, layout: &Layout) -> Result<Self, ModelError> {
         let FilePlant { tip, stem, light } = entry;
         let lengths = [tip.len(), stem.len(), light.len()];
         if lengths.iter().any(|&length| length != lengths[0]) {
@@ -184,18 +170,13 @@ impl<const AXES: usize> MeasuredPlant<AXES> {
             let points = points.into_iter().map(place).collect::<Result<Vec<_>, _>>()?;
             points.try_into().map_err(|points: Vec<_>| refused(format!("a stem of {} points", points.len())))
         };
-        let lit = |letter: char| match letter {
-            '?' => Ok(Lit::Unknown),
-            'd' => Ok(Lit::Dark),
-            _ => {
-                let lamp = Light::of_letter(letter);
-                lamp.map(Lit::Lamp).ok_or_else(|| refused(format!("light {letter:?}")))
-            }
-        };
+        let lighting =
+            |word: String| Lighting::parse(&word, layout).map_err(|error| refused(error.to_string()));
+        let lightings = light.into_iter().map(|word| word.map(lighting).transpose());
         let tips = tip.into_iter().map(|tip| tip.map(place).transpose()).collect::<Result<_, _>>()?;
         let stems =
             stem.into_iter().map(|points| points.map(of_points).transpose()).collect::<Result<_, _>>()?;
-        Ok(Self { tips, stems, lights: light.chars().map(lit).collect::<Result<_, _>>()? })
+        Ok(Self { tips, stems, lightings: lightings.collect::<Result<_, _>>()? })
     }
 }
 
@@ -209,7 +190,7 @@ pub(super) struct MeasuredPlants<const AXES: usize> {
 }
 
 /// The schema of the file.
-pub(super) const SCHEMA: &str = "tropism.stem-model/2";
+pub(super) const SCHEMA: &str = "tropism.stem-model/3";
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -231,8 +212,8 @@ struct FilePlant {
     tip: Vec<Option<Vec<f64>>>,
     /// Ten points of the stem from the base up; null where none was seen.
     stem: Vec<Option<Vec<Vec<f64>>>>,
-    /// The lamp that was lit to the next step: its number in the layout, from 0; `d` dark, `?` not known.
-    light: String,
+    /// How the lamps were lit to the next step, as a track says it; null where it is not known.
+    light: Vec<Option<String>>,
 }
 
 impl<const AXES: usize> MeasuredPlants<AXES> {
@@ -269,7 +250,7 @@ impl<const AXES: usize> MeasuredPlants<AXES> {
         if *period_min > MAX_PERIOD_MIN * (1.0 + SAME_PERIOD) {
             return Err(ModelError::Slow { found: *period_min, most: MAX_PERIOD_MIN });
         }
-        plants.iter().enumerate().try_for_each(|(index, plant)| plant.check(index, layout))
+        plants.iter().enumerate().try_for_each(|(index, plant)| plant.check(index))
     }
 
     /// The measured tips.
@@ -296,7 +277,7 @@ impl<const AXES: usize> MeasuredPlants<AXES> {
             layout: self.layout.clone(),
             period_min: self.period_min,
             is_virtual: self.is_virtual,
-            plants: self.plants.iter().map(MeasuredPlant::entry).collect(),
+            plants: self.plants.iter().map(|plant| plant.entry(&self.layout)).collect(),
         };
         serde_json::to_string(&file).expect("numbers and text are JSON")
     }
@@ -312,8 +293,9 @@ impl<const AXES: usize> MeasuredPlants<AXES> {
             return Err(ModelError::Axes { found: axes, wanted: AXES });
         }
         let plants = plants.into_iter().enumerate();
-        let plants = plants.map(|(index, plant)| MeasuredPlant::of_entry(plant, index));
-        let measured = Self { layout, period_min, is_virtual, plants: plants.collect::<Result<_, _>>()? };
+        let plants = plants.map(|(index, plant)| MeasuredPlant::of_entry(plant, index, &layout));
+        let plants = plants.collect::<Result<_, _>>()?;
+        let measured = Self { layout, period_min, is_virtual, plants };
         measured.check()?;
         Ok(measured)
     }

@@ -9,8 +9,8 @@
 //!
 //! A plant has no side of its own: in a mirror it answers mirrored light in the same way, and turned about the vertical, turned
 //! light. So one line for all axes is all there is, and residuals are replayed as they were or in the symmetries of the lamps. In
-//! the plane light is the side of the lit lamp: there must be two lamps that are mirror images of each other. In space it is the
-//! direction of the lamp, for any layout.
+//! the plane there must be two lamps that are mirror images of each other; in space there may be any, near or far (`light.rs`).
+//! Lamps may be lit together and at any level.
 //!
 //! A model of the tip alone takes for speed what is lean: a lean tip moves on as it grows. Here the lean is part of the
 //! state, so a simulated plant does not run away, and its fitness is nearly that of a plant.
@@ -26,6 +26,7 @@
 use std::sync::Arc;
 
 mod history;
+mod light;
 mod shape;
 mod terms;
 mod regression;
@@ -39,7 +40,8 @@ mod contact;
 use self::body::{Body, Residual};
 use self::contact::Bent;
 use self::errors::{Errors, Past};
-use self::fit::{Response, Step, Weights, changes_of, direction, light_of, posterior_of, responses, rows};
+use self::fit::{Response, Step, Weights, changes_of, posterior_of, responses, rows};
+use self::light::Lamps;
 use self::measured::{MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants};
 use self::replay::{BLOCK_REACH_CM, LIKE_LIGHT_WEIGHT};
 pub use self::shape::MODES;
@@ -51,6 +53,7 @@ use super::fitted::{FittedModel, ModelError};
 use super::{PlantModel, evenly};
 use crate::geometry::{Point, Polyline};
 use crate::lamps::{Layout, Light};
+use crate::lighting::Lighting;
 use crate::math::Real;
 use crate::math::matrix::transform;
 use crate::math::statistics::range;
@@ -127,6 +130,7 @@ impl<const AXES: usize> Place<AXES> {
 pub struct StemModel<const AXES: usize> {
     measured: MeasuredPlants<AXES>,
     windows: Windows,
+    lamps: Lamps<AXES>,
     images: Vec<Image<AXES>>,
     modes: Modes,
     errors: Errors,
@@ -170,6 +174,7 @@ impl<const AXES: usize> StemModel<AXES> {
         let low_tips = || measured.tips().filter(|tip| tip.up < MAX_HEIGHT_CM);
         Ok(Self {
             windows,
+            lamps: Lamps::of(&measured.layout),
             images: images(&measured.layout),
             errors: Errors::of(&measured.plants, &modes),
             modes,
@@ -332,7 +337,7 @@ impl<const AXES: usize> PlantModel for StemModel<AXES> {
 
     /// The stem as it was seen last, with the light and the changes of the past.
     fn resumed(&self, past: &[Sample], noise: &mut StepNoise) -> StemState<AXES> {
-        let Self { measured, modes, windows, errors, .. } = self;
+        let Self { measured, modes, windows, errors, lamps, .. } = self;
         let mut plant = self.seedling(past[past.len() - 1].tip, noise);
         let steps = windows.oldest_light().max(windows.oldest_change());
         let setting = (&measured.layout, measured.period_min);
@@ -343,8 +348,8 @@ impl<const AXES: usize> PlantModel for StemModel<AXES> {
         }
         let Some((stem, scores, length_cm)) = seen.now() else { return plant };
         plant.body.take(modes, stem[0], scores, seen.rest, length_cm);
-        for (pair, &lit) in seen.scores.windows(2).zip(&seen.plant.lights) {
-            plant.body.light.add(light_of(&measured.layout, lit));
+        for (pair, lit) in seen.scores.windows(2).zip(seen.plant.lit(lamps)) {
+            plant.body.light.add(lit.unwrap_or([[0.0]; AXES]));
             let change = pair[0].zip(pair[1]).map(|(from, to)| changes_of(&from, &to));
             plant.body.changes.add(change.unwrap_or([[0.0; MODES]; AXES]));
         }
@@ -375,9 +380,13 @@ impl<const AXES: usize> PlantModel for StemModel<AXES> {
     }
 
     fn step(&self, plant: &mut StemState<AXES>, light: Light, noise: &mut StepNoise) {
-        let Self { measured, modes, windows, .. } = self;
+        self.shine(plant, light.into(), noise);
+    }
+
+    fn shine(&self, plant: &mut StemState<AXES>, lighting: Lighting, noise: &mut StepNoise) {
+        let Self { measured, modes, windows, lamps, .. } = self;
         let StemState { body, seat, learned, poles } = plant;
-        body.light.add(direction(&measured.layout, light).map(|side| [side]));
+        body.light.add(lamps.light(lighting, body.tip));
         self.draw(body, 0, body.light.mean(windows.like), seat, noise);
         let weights = learned.as_deref().unwrap_or(&self.plants[seat.plant].weights);
         let mut change = self.change(body, weights);
@@ -389,6 +398,10 @@ impl<const AXES: usize> PlantModel for StemModel<AXES> {
             change = modes.scores(core::array::from_fn(|axis| sub(tilts[axis], before.tilts[axis])));
         }
         body.settle(change, modes, measured.period_min);
+    }
+
+    fn knows_levels(&self) -> bool {
+        true
     }
 
     /// The tip as it would be measured, and the stem without noise.
