@@ -12,17 +12,21 @@ use serde::{Deserialize, Serialize};
 use tropism::check;
 use tropism::math::statistics::{mean, wilson_interval};
 use tropism::nodes::{
-    Baseline, EvolvedNodes, LitPath, NetworkNode, NodeController, NodeEvolution, NodeEvolutionConfig,
-    NodeFaults, NodeRow, NodeWall, Proximity, StateMachine, StateMachineSettings, WallPath, WallTip,
+    Baseline, EvolvedNodes, NetworkNode, NodeController, NodeEvolution, NodeEvolutionConfig, NodeFaults,
+    NodeRow, NodeWall, Proximity, StateMachine, StateMachineSettings, WallPath,
 };
 use tropism::parallel;
+use tropism::plant::PlantModel;
+use tropism::plant::tip::TipModelConfig;
 use tropism::random::{self, Purpose};
-use tropism::track::PAPER_PERIOD_MIN;
+use tropism::simulation::ModelKind;
+use tropism::track::{PAPER_PERIOD_MIN, Track};
 use tropism_bean::Species;
 use tropism_bean::wall::{WallRun, WallTrial};
 use tropism_report::{Plants, WallPlant, files as figure_files, wall as wall_figure};
 use tropism_rig::node::NodeProcess;
 
+use crate::model::{self, Model};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Plants that a thread grows side by side. Chosen: two groups of vector lanes, few enough for several threads.
@@ -192,8 +196,8 @@ pub struct NodesFile {
     pub schema: String,
     /// Whether the model is of virtual plants.
     pub is_virtual: bool,
-    /// The model of the tip on which the nodes were evolved.
-    pub model: WallTip,
+    /// SHA-256 of the model on which the nodes were evolved, in hexadecimal.
+    pub model_sha256: String,
     /// The nodes.
     pub nodes: EvolvedNodes,
 }
@@ -524,15 +528,18 @@ fn plant((number, run): (u32, &WallRun)) -> WallPlant {
     }
 }
 
-/// Evolves the network of all nodes: open-loop plants before the wall, a model of their tips, evolution on the model.
+/// Evolves the network of all nodes: plants before the wall, a model of them in space, evolution on the model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EvolveNodesPlan {
     /// The wall.
     pub file: WallFile,
+    /// File of a model in space of plants before this wall; none makes one of virtual plants.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<PathBuf>,
     /// Settings of the evolution.
     pub config: NodeEvolutionConfig,
-    /// Plants from whose paths the model is made, 2 to 10000.
+    /// Virtual plants of which a model is made, 2 to 10000.
     pub open_loop_plants: u32,
     /// Species of the plants.
     pub species: Species,
@@ -550,6 +557,7 @@ impl Default for EvolveNodesPlan {
     fn default() -> Self {
         Self {
             file: WallFile::default(),
+            model: None,
             config: NodeEvolutionConfig::default(),
             open_loop_plants: 24,
             species: Species::default(),
@@ -587,24 +595,10 @@ impl Workflow for EvolveNodesPlan {
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<NodesFile, Error> {
-        let trial = WallTrial {
-            wall: self.file.wall.clone(),
-            scale: self.variation,
-            ..WallTrial::new(self.species.clone())
+        let model = match &self.model {
+            Some(path) => self.read_model(path)?,
+            None => self.fit_model(monitor)?,
         };
-        monitor.stage("open-loop plants", self.open_loop_plants.into());
-        let plants = self.open_loop_plants as usize;
-        let paths: Vec<LitPath> = parallel::try_map(plants, |plant| {
-            let seed = random::derive(self.seed, Purpose::Plant, plant as u64);
-            let path = trial.open_loop(seed, OPEN_LOOP.0, OPEN_LOOP.1);
-            monitor.advance(1);
-            if monitor.may_go_on() { Ok(path) } else { Err(Error::cancelled()) }
-        })?;
-        let model = WallTip::fit(&paths, &self.file.wall, trial.period_min / 60.0).ok_or_else(|| {
-            Error::Plan(
-                "the paths were recorded without light: nothing shows how lamps pull the tip".to_owned(),
-            )
-        })?;
         let evolution = NodeEvolution {
             wall: &self.file.wall,
             sensor: &self.file.sensor,
@@ -620,9 +614,45 @@ impl Workflow for EvolveNodesPlan {
         };
         let evolved = evolution.evolve(self.seed, &watch).map_err(|error| Error::Plan(error.to_string()))?;
         let nodes = evolved.ok_or_else(Error::cancelled)?;
-        let file = NodesFile { schema: NODES_SCHEMA.to_owned(), is_virtual: true, model, nodes };
+        let model_sha256 = files::sha256(model.to_json().as_bytes());
+        let is_virtual = model.is_virtual();
+        let file = NodesFile { schema: NODES_SCHEMA.to_owned(), is_virtual, model_sha256, nodes };
         let text = serde_json::to_string_pretty(&file).expect("numbers and texts");
         files::write(&self.out, text.as_bytes())?;
         Ok(file)
+    }
+}
+
+impl EvolveNodesPlan {
+    /// The model in `path`, which must be of stems in space before this wall.
+    fn read_model(&self, path: &Path) -> Result<Model, Error> {
+        let model = model::read(path)?;
+        let layout = self.file.wall.layout().map_err(|error| Error::Plan(error.to_string()))?;
+        let problem = if !model.kind().is_in_space() {
+            "a model that is not in space: fit one with `tropism fit --kind space`"
+        } else if *model.layout() != layout {
+            "a model of other lamps, wanted one whose lamps have the names and places of the wall's nodes"
+        } else {
+            return Ok(model);
+        };
+        Err(Error::Plan(format!("found {problem} ({})", path.display())))
+    }
+
+    /// A model of virtual plants that grow open loop before the wall.
+    fn fit_model(&self, monitor: &dyn Monitor) -> Result<Model, Error> {
+        let trial = WallTrial {
+            wall: self.file.wall.clone(),
+            scale: self.variation,
+            ..WallTrial::new(self.species.clone())
+        };
+        monitor.stage("open-loop plants", self.open_loop_plants.into());
+        let tracks = parallel::try_map(self.open_loop_plants as usize, |plant| {
+            let seed = random::derive(self.seed, Purpose::Plant, plant as u64);
+            let track = trial.open_loop(seed, OPEN_LOOP.0, OPEN_LOOP.1);
+            monitor.advance(1);
+            if monitor.may_go_on() { Ok(track) } else { Err(Error::cancelled()) }
+        })?;
+        let tracks: Vec<&Track> = tracks.iter().collect();
+        Ok(ModelKind::SPACE.fit(&tracks, &TipModelConfig::default(), true)?)
     }
 }

@@ -8,6 +8,8 @@ mod batch;
 mod champion;
 #[path = "models/cma_es.rs"]
 mod cma_es;
+#[path = "models/nodes.rs"]
+mod nodes;
 #[path = "models/rule_search.rs"]
 mod rule_search;
 #[path = "models/saved.rs"]

@@ -11,10 +11,11 @@ mod environment;
 use tropism::lamps::{Light, MAX_LAMPS};
 use tropism::lighting::Lighting;
 use tropism::math::vector::{Vec3, between, cross, distance, dot, normalize_or};
-use tropism::nodes::{LitPath, NodeController, NodeFaults, NodeRow, NodeWall, Patch, Proximity};
+use tropism::nodes::{NodeController, NodeFaults, NodeRow, NodeWall, Patch, Proximity};
 use tropism::random::{NoiseStream, Purpose};
-use tropism::track::PAPER_PERIOD_MIN;
+use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 
+use super::grow::Observer;
 use super::pose::{Leaf, Pose};
 use super::{Bean, Population, Species};
 
@@ -155,25 +156,26 @@ impl WallTrial {
         lighting.powers().map(|share| share * self.wall.power)
     }
 
-    /// Grows the plant of `seed` open loop for `steps` steps: one lamp is lit, or none, another one every `change_h` hours.
+    /// Grows the plant of `seed` open loop for `steps` steps, seen in space: one lamp is lit, or none, another one every
+    /// `change_h` hours.
     ///
     /// # Panics
     /// Unless the wall is checked.
     #[must_use]
-    pub fn open_loop(&self, seed: u64, steps: u32, change_h: f64) -> LitPath {
-        let mut bean = self.seedling(seed);
+    pub fn open_loop(&self, seed: u64, steps: u32, change_h: f64) -> Track {
+        let layout = self.wall.layout().expect("a checked wall");
+        let mut track = Track { layout, period_min: self.period_min, ..Track::default() };
+        let (mut bean, mut observer) = (self.seedling(seed), Observer::of(seed, true));
         let draws = NoiseStream::new(seed, Purpose::Schedule, [0; 3]);
         let choices = self.wall.nodes.len() + 1;
-        let mut path = LitPath { apex: vec![bean.apex()], lit: Vec::new() };
-        for step in 0..steps {
-            let block = (f64::from(step) * self.period_min / 60.0 / change_h) as u32;
-            let lamp = (draws.at(block).uniform() * choices as f64) as usize;
-            let light = Light::new(lamp).filter(|_| lamp < self.wall.nodes.len());
+        for step in 0..=steps {
+            let time_s = 60.0 * self.period_min * f64::from(step);
+            let lamp = (draws.at((time_s / 3600.0 / change_h) as u32).uniform() * choices as f64) as usize;
+            let light = Light::new(lamp).filter(|_| lamp < self.wall.nodes.len() && step < steps);
+            track.samples.push(Sample::of(observer.observe(&bean), step, time_s, light));
             bean.advance_under(light.into(), self.wall.power, self.period_min);
-            path.apex.push(bean.apex());
-            path.lit.push(light.into());
         }
-        path
+        track
     }
 
     fn seedling(&self, seed: u64) -> Bean {

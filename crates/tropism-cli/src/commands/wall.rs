@@ -58,9 +58,13 @@ pub(crate) struct Wall {
     #[arg(long, default_value_t = 1.0, value_name = "X")]
     variation: f64,
 
-    /// Evolve a network for all nodes on a model of open-loop plants, and write it to FILE instead
+    /// Evolve a network for all nodes on a model of plants, and write it to FILE instead
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["rules", "plants", "steps", "learning", "faults", "out"])]
     evolve: Option<PathBuf>,
+
+    /// Model in space of plants before this wall, for --evolve; without it one is made of virtual plants
+    #[arg(long, requires = "evolve", value_name = "model.json")]
+    model: Option<PathBuf>,
 
     /// Generations of --evolve
     #[arg(long, default_value_t = 40, requires = "evolve", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -92,6 +96,7 @@ impl Wall {
             let (seed, replace) = (self.seed.seed, self.force);
             let plan = EvolveNodesPlan {
                 file,
+                model: self.model,
                 config,
                 species,
                 variation,

@@ -3,7 +3,8 @@
 //! A [`NodeWall`] says where the nodes are, which are linked, and which path is drawn. Each node sees the echo of what is
 //! near ([`Proximity`]), tells a plant from daylight and noise ([`EchoDetector`]), and decides on its own lamp
 //! ([`NodeController`]): [`StateMachine`] hands the light over from node to node along the path, and [`NodeEvolution`] evolves a
-//! [network](NetworkNode) that does, on a model of the tip ([`WallTip`]). Whoever decides from outside, such as a learning
+//! [network](NetworkNode) that does, on a model of plants that
+//! knows the wall's lamps. Whoever decides from outside, such as a learning
 //! agent, has the network's inputs and outputs ([`NodeInterface`]). [`WallNodes`] steps all nodes of a wall with their messages and
 //! faults. No node knows where the plant is, and there is no central process.
 //!
@@ -22,7 +23,6 @@ mod interface;
 mod network;
 mod faults;
 mod running;
-mod tip;
 mod search;
 
 pub use controller::{Baseline, Neighbour, NodeController, NodeMessage, NodeView};
@@ -34,5 +34,4 @@ pub use network::NetworkNode;
 pub use proximity::{Optics, Patch, Proximity};
 pub use running::{FRESH_STEPS, NodeRow, WallNodes};
 pub use search::{EvolvedNodes, NodeEvolution, NodeEvolutionConfig, NodeScore};
-pub use tip::{GrowingTip, LitPath, WallTip};
 pub use wall::{NodeSpec, NodeWall, WallError, WallPath};

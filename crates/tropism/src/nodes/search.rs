@@ -1,6 +1,7 @@
-//! Evolution of the network of all nodes, on a model of the tip.
+//! Evolution of the network of all nodes, on a model of the plant.
 //!
-//! In: a wall, a fitted [`WallTip`] and a seed. Out: the network that did best on plants of the model which it never met. The
+//! In: a wall, a model that knows its lamps at any levels, such as a [`SpaceModel`](crate::plant::stem::SpaceModel) of plants that
+//! grew before it, and a seed. Out: the network that did best on plants of the model which it never met. The
 //! idea: one genome is one network, which runs in every node of the wall. Its fitness is the mean over plants of the share of
 //! right decisions, plus 1 for a whole path, less a cost for light. Each generation has new plants.
 //!
@@ -17,14 +18,17 @@ use super::detector::DetectorSettings;
 use super::faults::NodeFaults;
 use super::interface::{NODE_INPUTS, NODE_OUTPUTS};
 use super::network::NetworkNode;
-use super::proximity::Proximity;
+use super::proximity::{Patch, Proximity, STEM_RADIUS_CM};
 use super::running::WallNodes;
-use super::tip::WallTip;
 use super::wall::NodeWall;
 use crate::check::{self, OutOfRange};
+use crate::geometry::space::SpacePoint;
 use crate::math::statistics::mean;
+use crate::math::vector::{between, distance};
 use crate::parallel;
-use crate::random::{self, Purpose};
+use crate::plant::PlantModel;
+use crate::random::{self, NoiseStream, Purpose};
+use crate::task::Task;
 
 /// Hours of learning before a plant of the model. Chosen: enough for the spread of the noise.
 const LEARNING_H: f64 = 6.0;
@@ -105,24 +109,27 @@ pub struct EvolvedNodes {
 }
 
 /// Evolution of the network of all nodes of a wall.
-pub struct NodeEvolution<'a> {
+pub struct NodeEvolution<'a, M> {
     /// The wall.
     pub wall: &'a NodeWall,
     /// The sensor of each node.
     pub sensor: &'a Proximity,
     /// How the echo detector of each node is set.
     pub detector: DetectorSettings,
-    /// The model of the tip.
-    pub model: &'a WallTip,
+    /// The model of the plant, in space, under the lamps of the wall.
+    pub model: &'a M,
     /// Settings.
     pub config: &'a NodeEvolutionConfig,
 }
 
-impl NodeEvolution<'_> {
+impl<M: PlantModel> NodeEvolution<'_, M> {
     /// Evolves from `seed`. `watch` hears the generation and its best fitness, and may break off; then there is no result.
     ///
     /// # Errors
     /// [`NeatError`] if NEAT's parameters are out of range.
+    ///
+    /// # Panics
+    /// If the model has no stems in space, or does not know several lamps at any levels.
     pub fn evolve(
         &self,
         seed: u64,
@@ -176,7 +183,7 @@ impl NodeEvolution<'_> {
                 as Box<dyn NodeController>
         };
         let wall_seed = random::derive(seed, Purpose::Nodes, plant.into());
-        let period_h = self.model.period_h;
+        let period_h = self.model.period_min() / 60.0;
         let faults = NodeFaults::default();
         let mut nodes =
             WallNodes::new(self.wall, self.sensor, faults, controller, [period_h, LEARNING_H], wall_seed);
@@ -184,21 +191,22 @@ impl NodeEvolution<'_> {
             nodes.step(&[]);
         }
         let path = nodes.path().to_vec();
-        let mut tip = self.model.seedling(seed, plant);
+        let noise = NoiseStream::new(seed, Purpose::Growth, [plant, 0, 0]);
+        let mut grown = self.model.seedling(Task::default().start, &mut noise.of_seedling());
         let (mut right, mut taken, mut lit_h) = (0, 0, 0.0);
-        for _ in 0..MAX_STEPS {
-            while let Some(&node) =
-                path.get(taken).filter(|&&node| tip.at()[1] >= self.wall.nodes[node].at[1])
-            {
-                right += u32::from(self.wall.is_nearest(node, tip.at()[0]));
+        for step in 0..MAX_STEPS {
+            let stem = self.model.observe(&grown).stem_in_space().expect("a model of stems in space");
+            let [x, y, _] = stem[stem.len() - 1];
+            while let Some(&node) = path.get(taken).filter(|&&node| y >= self.wall.nodes[node].at[1]) {
+                right += u32::from(self.wall.is_nearest(node, x));
                 taken += 1;
             }
             if taken == path.len() {
                 break;
             }
-            let lighting = nodes.step(&tip.patches());
+            let lighting = nodes.step(&patches(&stem));
             lit_h += lighting.total() * period_h;
-            tip.step(self.wall, lighting);
+            self.model.shine(&mut grown, lighting, &mut noise.at(step));
         }
         let right = f64::from(right) / path.len() as f64;
         let whole = if right >= 1.0 { 1.0 } else { 0.0 };
@@ -206,37 +214,11 @@ impl NodeEvolution<'_> {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const MODEL: WallTip = WallTip {
-        factors: [0.9, 0.01, -0.005],
-        noise_cm: 0.05,
-        growth_cm: [0.03, 0.003, 0.01],
-        start_cm: 4.0,
-        power: 0.4,
-        memory_h: 1.0,
-        period_h: 1.0 / 12.0,
+/// A stem as sensors see it.
+fn patches(stem: &[SpacePoint]) -> Vec<Patch> {
+    let patch = |pair: &[SpacePoint]| Patch {
+        at: between(pair[0], pair[1], 0.5),
+        area: 2.0 * STEM_RADIUS_CM * distance(pair[0], pair[1]),
     };
-
-    #[test]
-    fn evolution_is_that_of_its_seed_and_beats_its_first_networks() {
-        let wall = NodeWall::levels(&[6.0, 8.0]);
-        let mut config =
-            NodeEvolutionConfig { generations: 4, plants: 3, test_plants: 6, ..Default::default() };
-        config.neat.population = 12;
-        let evolution = NodeEvolution {
-            wall: &wall,
-            sensor: &Proximity::default(),
-            detector: DetectorSettings::default(),
-            model: &MODEL,
-            config: &config,
-        };
-        let run = || evolution.evolve(3, &|_, _| ControlFlow::Continue(())).unwrap().unwrap();
-        let found = run();
-        assert_eq!(found, run());
-        assert!(found.evaluations >= 36 && found.test.fitness.is_finite());
-        assert!(evolution.evolve(3, &|_, _| ControlFlow::Break(())).unwrap().is_none());
-    }
+    stem.windows(2).map(patch).collect()
 }
