@@ -5,6 +5,12 @@ import { close, folder, manyRuns, page, run, studio, test, until } from "./helpe
 
 after(close);
 
+test("an empty folder leads to the rig of somebody who begins", async (t) => {
+  const opened = await page(t, (await studio(t, folder(t))).address);
+  await opened.click("#empty [href='begin?form=make-rig']");
+  await opened.locator("#fields [name=camera]").waitFor();
+});
+
 test("250 runs in folders are looked through by keyboard, and found by folder, name and tag", async (t) => {
   const cwd = folder(t);
   await manyRuns(t, cwd, 250);
