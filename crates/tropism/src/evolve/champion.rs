@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use tropism_neat::{Genome, GenomeError};
 
 use crate::control::{Controller, Dimming, Interface, NetworkController, Sensors, ShapeError};
-use crate::file::sha256;
+use crate::file::{sha256, without_schema};
 use crate::lamps::Layout;
 use crate::math::statistics;
 use crate::plant::PlantModel;
@@ -262,11 +262,7 @@ impl Champion {
         }
         let head: Result<Head, _> = serde_json::from_str(text);
         match head.map(|head| head.schema) {
-            Ok(Some(schema)) if schema == SCHEMA => {
-                let mut file: serde_json::Map<String, serde_json::Value> = serde_json::from_str(text)?;
-                file.remove("schema");
-                Ok(serde_json::from_value(file.into())?)
-            }
+            Ok(Some(schema)) if schema == SCHEMA => Ok(without_schema(text)?),
             Ok(Some(schema)) if schema.starts_with("tropism.") && !schema.starts_with("tropism.genome/") => {
                 Err(ChampionError::Schema(schema))
             }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::champion::Trial;
 use crate::check::{OutOfRange, ensure};
 use crate::control::{PredictiveGreedy, PredictiveRule};
-use crate::file::{schema_of, sha256};
+use crate::file::{schema_of, sha256, without_schema};
 use crate::lamps::Layout;
 use crate::plant::PlantModel;
 use crate::task::Task;
@@ -112,9 +112,7 @@ impl TunedRule {
         if schema != SCHEMA {
             return Err(TunedRuleError::Schema(schema));
         }
-        let mut file: serde_json::Map<String, serde_json::Value> = serde_json::from_str(text)?;
-        file.remove("schema");
-        let rule: Self = serde_json::from_value(file.into())?;
+        let rule: Self = without_schema(text)?;
         rule.check()?;
         Ok(rule)
     }

@@ -30,6 +30,7 @@ fn bad_rules_are_refused() {
     assert!(error("{").contains("found no rule"));
     assert!(error(&text.replace("rule/1", "rule/9")).contains("wanted \"tropism.rule/1\""));
     assert!(error(&text.replace("\"overshoot\"", "\"overshot\"")).contains("unknown field `overshot`"));
+    assert!(error(&text.replace("\"overshoot\"", "\"overshot\"")).contains("at line 3"));
     assert!(
         error(&text.replace("\"look_ahead_cm\": 1.0", "\"look_ahead_cm\": 0.0"))
             .contains("rule.look_ahead_cm")
