@@ -100,11 +100,11 @@ const wasm = fs.readFileSync(path.join(out, "whole.wasm"));
 const packed = { whole: lzma(wasm), play: lzma(fs.readFileSync(path.join(out, "play.wasm"))) };
 const script = bundle(path.join(WEB, "app.js"));
 const shared = read(ASSETS, "style.css").replace(/^@import "(.+)";$/gm, (_, file) => read(ASSETS, file));
-const style = `${shared}\n${read(WEB, "web.css")}\n${figures(JSON.parse(await ask(wasm, { ask: "style" })))}`;
+const style = `${shared}\n${read(WEB, "web.css")}\n${figures(JSON.parse(await ask(wasm, { style: {} })))}`;
 const draw = read(ASSETS, "draw.html").match(/<main id="main">(.*)<\/main>/s)[1];
 const data = {
   worker: read(WEB, "worker.js"),
-  reach: await ask(wasm, { ask: "reach" }),
+  reach: await ask(wasm, { reach: {} }),
   champion: read(WEB, "champion.json"),
   rule: read(ROOT, "benchmarks/submissions/tuned-rule/rule.json"),
 };

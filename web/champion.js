@@ -47,7 +47,7 @@ onEvolution(async (name, found) => {
     `${plural(found.evaluations, "network")} in ${inSeconds(found.seconds)}. The champion of run ${champion + 1}, with ${plural(chosen.links, "link")}: ` +
     `mean fitness ${num(chosen.trial.mean, 1)} cm on models of single plants${chosen.withheld ? `, which is no expectation: ${chosen.withheld}` : ""}.`;
   try {
-    const found = await lead.ask({ ask: "champion", champion: chosen.file, seed: 1 });
+    const found = await lead.ask({ champion: { champion: chosen.file, seed: 1 } });
     const figures = [found.decision, found.network].filter(Boolean);
     if (shown.name === name) put($("#decision"), figures.map(({ svg, title }) => html`<h3>${title}</h3>${trusted(svg)}`));
   } catch (error) {
@@ -60,7 +60,7 @@ $("#unseen").onclick = async () => {
   if (!file) return;
   $("#unseen").disabled = true;
   try {
-    const found = await lead.ask({ ask: "unseen", drawing: drawing(), by: { file }, seeds: SEEDS });
+    const found = await lead.ask({ unseen: { drawing: drawing(), by: { file }, seeds: SEEDS } });
     const row = (name, { trial, scores }) =>
       html`<tr>
         <th scope="row">${name}</th>

@@ -33,7 +33,7 @@ export class Evolution {
   /** Does all of it; gives the champion's file, or null if it was stopped. @returns {Promise<string | null>} */
   async run() {
     const { task, kind, model = {}, beans = {}, evolution, seed } = this.plan;
-    const { file } = await lead.ask({ ask: "fit", kind, model, beans });
+    const { file } = await lead.ask({ fit: { kind, model, beans } });
     if (this.isStopped) return null;
     const runs = Array.from({ length: evolution.runs }, (_, run) => run);
     const count = Math.min(HANDS, runs.length);
@@ -42,16 +42,16 @@ export class Evolution {
       this.began = performance.now();
       await Promise.all(
         this.hands.map(async (hand, place) => {
-          await hand.ask({ ask: "model", file });
+          await hand.ask({ model: { file } });
           const own = runs.filter((run) => run % count === place);
-          await hand.ask({ ask: "begin", task, evolution, seed, own });
+          await hand.ask({ begin: { task, evolution, seed, own } });
           await this.advance(hand);
         }),
       );
       if (this.isStopped) return null;
-      const parts = await Promise.all(this.hands.map((hand) => hand.ask({ ask: "finish" })));
+      const parts = await Promise.all(this.hands.map((hand) => hand.ask({ finish: {} })));
       this.champions = parts.flat().sort((one, other) => one.run - other.run);
-      this.chosen = (await lead.ask({ ask: "choose", trials: this.champions.map(({ trial }) => trial) })).run;
+      this.chosen = (await lead.ask({ choose: { trials: this.champions.map(({ trial }) => trial) } })).run;
       await this.show(true);
       return this.champions[this.chosen].file;
     } catch (error) {
@@ -68,7 +68,7 @@ export class Evolution {
     let generations = 1;
     for (;;) {
       const began = performance.now();
-      const { runs, is_done: isDone } = await hand.ask({ ask: "advance", generations });
+      const { runs, is_done: isDone } = await hand.ask({ advance: { generations } });
       for (const { run, generations: news } of runs) this.histories[run].push(...news);
       if (isDone || this.isStopped) return;
       const took = performance.now() - began;
@@ -85,7 +85,7 @@ export class Evolution {
     const shown = ({ best_ever, species, links_mean, evaluations }) => ({ best_ever, species, links_mean, evaluations });
     // As far as all runs are: a worker may be ahead of another.
     const common = Math.min(...this.histories.map(({ length }) => length));
-    const curves = await lead.ask({ ask: "curves", runs: this.histories.map((history) => history.slice(0, common).map(shown)) });
+    const curves = await lead.ask({ curves: { runs: this.histories.map((history) => history.slice(0, common).map(shown)) } });
     const seconds = (performance.now() - this.began) / 1000;
     this.tell({
       ...curves,
@@ -100,7 +100,7 @@ export class Evolution {
 
   /** The best network so far, as a champion's file. @returns {Promise<string>} */
   async best() {
-    const found = await Promise.allSettled(this.hands.map((hand) => hand.ask({ ask: "best" })));
+    const found = await Promise.allSettled(this.hands.map((hand) => hand.ask({ best: {} })));
     const known = found.flatMap((one) => (one.status === "fulfilled" ? [one.value] : []));
     if (!known.length) throw new Error("No champion yet: the evolution has just begun.");
     return known.reduce((one, other) => (other.fitness > one.fitness ? other : one)).champion;

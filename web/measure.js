@@ -62,12 +62,12 @@ async function measureAll(files) {
   try {
     if (!files.length) {
       says("Measuring …");
-      plants.push((await tracked()?.askFor({ ask: "measure", name: "photographs", tilt_deg }))?.json);
+      plants.push((await tracked()?.askFor({ measure: { name: "photographs", tilt_deg } }))?.json);
     }
     for (const [place, file] of files.entries()) {
       says(`Measuring ${place + 1} of ${files.length} …`);
       const bytes = new Uint8Array(await file.arrayBuffer());
-      const { json } = await measuring().askFor({ ask: "measure", name: file.name.replace(/\.csv$/i, ""), tilt_deg }, bytes);
+      const { json } = await measuring().askFor({ measure: { name: file.name.replace(/\.csv$/i, ""), tilt_deg } }, bytes);
       if (own !== number) return;
       plants.push(json);
     }
@@ -99,7 +99,7 @@ async function show() {
   const values = {};
   for (const { estimates } of plants)
     for (const { symbol, value, status } of estimates) if (/^(measured|provisional)$/.test(status)) (values[symbol] ??= []).push(value);
-  const means = plants.length > 1 ? await measuring().ask({ ask: "means", values }) : [];
+  const means = plants.length > 1 ? await measuring().ask({ means: { values } }) : [];
   const shown = ({ name, is_virtual, hours, frames, responds, estimates, figures }) =>
     html`<section class="sheet">
       <h2>${name}${is_virtual ? html` <span class="chip virtual">virtual</span>` : ""}</h2>

@@ -38,7 +38,7 @@ let evolution = null;
 
 export async function openPaper() {
   if (paper) return;
-  paper = await lead.ask({ ask: "settings" });
+  paper = await lead.ask({ settings: {} });
   settings = structuredClone(paper);
   for (const { path, start, per = 1 } of SETTINGS) if (start) write(settings, path, start * per);
   const slider = ({ path, name, low, high, step, digits, per = 1 }, place) => {
@@ -108,7 +108,7 @@ async function follow(hasNewBeans) {
   try {
     if (hasNewBeans) {
       says("Six beans grow.");
-      show($("#figures-tracks"), await lead.ask({ ask: "tracks", beans }));
+      show($("#figures-tracks"), await lead.ask({ tracks: { beans } }));
     }
     const own = new Evolution({ task, kind: "tip", model, beans, evolution: plan, seed: 1 }, (view) => {
       if (own.isStopped || view.state === "over") return;
@@ -133,7 +133,7 @@ async function follow(hasNewBeans) {
 async function draw(own, champion) {
   const common = Math.min(...own.histories.map(({ length }) => length));
   const column = (/** @type {"best" | "mean"} */ key) => own.histories.map((history) => history.slice(0, common).map((generation) => generation[key]));
-  const figures = await lead.ask({ ask: "fitness", best: column("best"), mean: column("mean") });
-  if (champion) figures.push(...(await lead.ask({ ask: "steered", champion, task: own.plan.task, seed: 1 })));
+  const figures = await lead.ask({ fitness: { best: column("best"), mean: column("mean") } });
+  if (champion) figures.push(...(await lead.ask({ steered: { champion, task: own.plan.task, seed: 1 } })));
   if (own === evolution && !own.isStopped) show($("#figures-evolution"), figures);
 }

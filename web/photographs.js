@@ -91,7 +91,7 @@ export function openPhotographs() {
   };
   $("#photo-save").onclick = async () => {
     try {
-      const { bytes } = await vision().askFor({ ask: "csv" });
+      const { bytes } = await vision().askFor({ csv: {} });
       download("track.csv", /** @type {Uint8Array<ArrayBuffer>} */ (bytes));
     } catch (error) {
       say(error);
@@ -111,9 +111,9 @@ async function take(found) {
   const pictures = found.filter(({ name }) => /\.(jpe?g|png|tiff?)$/i.test(name));
   if (!pictures.length) return say(new Error("Found no photographs: wanted JPEG, PNG or TIFF files."));
   try {
-    const places = await vision().ask({ ask: "order", names: pictures.map(({ webkitRelativePath, name }) => webkitRelativePath || name) });
+    const places = await vision().ask({ order: { names: pictures.map(({ webkitRelativePath, name }) => webkitRelativePath || name) } });
     files = places.map((/** @type {number} */ place) => pictures[place]);
-    size = (await vision().askFor({ ask: "size" }, await bytesOf(files[0]))).json;
+    size = (await vision().askFor({ size: {} }, await bytesOf(files[0]))).json;
     [marks.base, marks.region, rows] = [null, null, []];
     $("#photo").hidden = $("#photo-film").hidden = false;
     $("#photo-at").max = String(files.length - 1);
@@ -211,11 +211,11 @@ async function track() {
     const parts = await Promise.all(files.slice(0, FIRST).map(bytesOf));
     const bytes = new Uint8Array(await new Blob(parts).arrayBuffer());
     const first = parts.map(({ length }) => length);
-    const question = { ask: "track", px_per_cm: number("#photo-scale"), period_min: number("#photo-period"), ...marks, first };
+    const question = { track: { px_per_cm: number("#photo-scale"), period_min: number("#photo-period"), ...marks, first } };
     await vision().askFor(question, bytes);
     for (const [place, file] of files.entries()) {
       if (isStopped) break;
-      rows.push((await vision().askFor({ ask: "next", name: file.name }, await bytesOf(file))).json);
+      rows.push((await vision().askFor({ next: { name: file.name } }, await bytesOf(file))).json);
       if (place % 4 !== 3 && place + 1 < files.length) continue;
       $("#photo-at").value = String(place);
       $("#photo-says").textContent = `${place + 1} of ${files.length}.`;

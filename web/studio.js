@@ -47,20 +47,21 @@ const ANSWERS = {
   "api/reach": () => JSON.parse(carried("reach")),
   "api/items": () => ({ items: [], queue: [] }),
   "api/models": () => ({ models: [] }),
-  "api/task": ({ drawing }) => lead.ask({ ask: "task", drawing: JSON.parse(drawing) }),
+  "api/task": ({ drawing }) => lead.ask({ task: { drawing: JSON.parse(drawing) } }),
   "api/try": async (asked) =>
     lead.ask({
-      ask: "try",
-      drawing: JSON.parse(asked.drawing),
-      by: await steerer(asked),
-      seed: asked.seed,
-      from: asked.from ?? 0,
+      try: {
+        drawing: JSON.parse(asked.drawing),
+        by: await steerer(asked),
+        seed: asked.seed,
+        from: asked.from ?? 0,
+      },
     }),
   "api/evolution": ({ at }) => evolutions.get(at)?.view ?? Promise.reject(new Error("not begun")),
   "api/draw/save": async ({ name, drawing }) => {
     const [{ task }, commands] = await Promise.all([
-      lead.ask({ ask: "task", drawing }),
-      lead.ask({ ask: "commands", name, drawing }),
+      lead.ask({ task: { drawing } }),
+      lead.ask({ commands: { name, drawing } }),
     ]);
     download(`${name}.toml`, task);
     const champion = controllers.get(name);
@@ -70,10 +71,10 @@ const ANSWERS = {
   "api/draw/evolve": async ({ name, drawing, runs, generations, seed }) => {
     if (!(runs >= 1 && runs <= 64 && generations >= 1 && generations <= 10_000))
       throw new Error("Wanted 1 to 64 runs of 1 to 10 000 generations: more is for the terminal.");
-    const { task, data, kind } = await lead.ask({ ask: "task", drawing });
+    const { task, data, kind } = await lead.ask({ task: { drawing } });
     // All else is as in the paper.
     const evolution = { runs, generations };
-    const commands = await lead.ask({ ask: "commands", name, drawing, evolution, seed });
+    const commands = await lead.ask({ commands: { name, drawing, evolution, seed } });
     begin(name, { task: data, kind, evolution, seed }, JSON.stringify(drawing));
     return { at: name, task, commands };
   },

@@ -86,7 +86,7 @@ async function begin(next, plant) {
   try {
     const file = controllers.get(who);
     const by = who === "you" ? null : who === "greedy" ? "greedy" : { file };
-    await engine.ask({ ask: "tent", seed, drawing: task, by });
+    await engine.ask({ tent: { seed, drawing: task, by } });
     if (own !== number) return;
     const wasRunning = isRunning;
     isRunning = false;
@@ -117,7 +117,7 @@ async function run(is) {
 /** Takes a photograph, and lets a step pass; whether there is a next one. @param {number} own */
 async function step(own) {
   try {
-    const { json: seen, bytes } = await /** @type {Engine} */ (engine).askFor({ ask: "step", light: who === "you" ? yours : null });
+    const { json: seen, bytes } = await /** @type {Engine} */ (engine).askFor({ step: { light: who === "you" ? yours : null } });
     if (own !== number) return false;
     show(seen, /** @type {Uint8Array<ArrayBuffer>} */ (bytes));
     return !seen.is_over && seen.step < 1000;

@@ -25,12 +25,12 @@ test("a model and a champion are those of the native program", async () => {
   const ask = await module();
   const drawing = { targets: [[-3, 8.5], [2, 6]] };
   const evolution = { runs: 3, generations: 12 };
-  const { task, data, kind } = asked(ask, { ask: "task", drawing });
+  const { task, data, kind } = asked(ask, { task: { drawing } });
   fs.writeFileSync(path.join(folder, "drawn.toml"), task);
-  const commands = asked(ask, { ask: "commands", name: "drawn", drawing, evolution, seed: 7 });
+  const commands = asked(ask, { commands: { name: "drawn", drawing, evolution, seed: 7 } });
   for (const line of commands) native(line.replace(/^tropism /, ""));
 
-  const { file } = asked(ask, { ask: "fit", kind });
+  const { file } = asked(ask, { fit: { kind } });
   assert.equal(file, made("virtual-bean.json"));
   // One module does run 1 in uneven slices, another one the rest.
   const other = await module("play");
@@ -39,14 +39,14 @@ test("a model and a champion are those of the native program", async () => {
     [ask, [1], [1, 7, 100]],
     [other, [2, 0], [100]],
   ]) {
-    asked(hand, { ask: "model", file });
-    asked(hand, { ask: "begin", task: data, evolution, seed: 7, own });
-    const last = slices.map((generations) => asked(hand, { ask: "advance", generations })).at(-1);
+    asked(hand, { model: { file } });
+    asked(hand, { begin: { task: data, evolution, seed: 7, own } });
+    const last = slices.map((generations) => asked(hand, { advance: { generations } })).at(-1);
     assert.ok(last.is_done);
-    champions.push(...asked(hand, { ask: "finish" }));
+    champions.push(...asked(hand, { finish: {} }));
   }
   champions.sort((one, two) => one.run - two.run);
-  const { run } = asked(ask, { ask: "choose", trials: champions.map(({ trial }) => trial) });
+  const { run } = asked(ask, { choose: { trials: champions.map(({ trial }) => trial) } });
   assert.equal(champions[run].file, made("drawn/champion.json"));
   champions.forEach((champion) => assert.equal(champion.file, made(`drawn/champions/run-0${champion.run}.json`)));
 });
@@ -58,33 +58,33 @@ test("photographs are tracked as by the native program", async () => {
   native(`track tent/photographs ${place} --out native.csv`);
   const photographs = path.join(folder, "tent", "photographs");
   const listed = fs.readdirSync(photographs);
-  const names = asked(ask, { ask: "order", names: listed }).map((place) => listed[place]);
+  const names = asked(ask, { order: { names: listed } }).map((place) => listed[place]);
   const bytes = names.map((name) => fs.readFileSync(path.join(photographs, name)));
   const first = bytes.slice(0, 6);
   const region = { x: 113, y: 67, width: 421, height: 344 };
-  const question = { ask: "track", px_per_cm: 8.757, base: { x: 323, y: 417 }, region, period_min: 5 };
-  asked(ask, { ...question, first: first.map(({ length }) => length) }, Buffer.concat(first));
-  names.forEach((name, step) => asked(ask, { ask: "next", name }, bytes[step]));
+  const track = { px_per_cm: 8.757, base: { x: 323, y: 417 }, region, period_min: 5, first: first.map(({ length }) => length) };
+  asked(ask, { track }, Buffer.concat(first));
+  names.forEach((name, step) => asked(ask, { next: { name } }, bytes[step]));
   const rows = (text) => {
     const [head, ...lines] = text.trim().split("\n").map((line) => line.split(","));
     return lines.map((line) => Object.fromEntries(head.map((name, column) => [name, line[column]])));
   };
-  const found = rows(ask({ ask: "csv" }).bytes.toString());
+  const found = rows(ask({ csv: {} }).bytes.toString());
   const wanted = rows(made("native.csv"));
   assert.equal(found.length, 8);
   found.forEach((row, step) => Object.entries(row).forEach(([name, cell]) => assert.equal(cell, wanted[step][name], `${name} of ${step}`)));
-  const { error } = ask({ ask: "track", period_min: 5, first: [9] }, Buffer.from("no JPEG")).json;
+  const { error } = ask({ track: { period_min: 5, first: [9] } }, Buffer.from("no JPEG")).json;
   assert.match(error, /too few bytes/);
 });
 
 test("what cannot be done is a sentence", async () => {
   const ask = await module();
   const error = (question) => ask(question).json.error;
-  assert.match(error({ ask: "nothing" }), /unknown variant/);
-  assert.match(error({ ask: "task", drawing: { targets: [] } }), /found 0 targets/);
-  assert.match(error({ ask: "try", drawing: { targets: [[0, 6]] }, by: { lights: "lx" }, seed: 1 }), /wanted l or r/);
-  assert.match(error({ ask: "begin", task: { kind: "targets", targets: [[0, 6]] }, evolution: { runs: 1 }, seed: 1, own: [0] }), /fit a model first/);
-  assert.match(error({ ask: "advance", generations: 1 }), /begin an evolution first/);
-  assert.match(error({ ask: "model", file: "{" }), /found no model|EOF/);
-  assert.match(error({ ask: "champion", champion: "[]", seed: 1 }), /.+/);
+  assert.match(error({ nothing: {} }), /unknown variant/);
+  assert.match(error({ task: { drawing: { targets: [] } } }), /found 0 targets/);
+  assert.match(error({ try: { drawing: { targets: [[0, 6]] }, by: { lights: "lx" }, seed: 1 } }), /wanted l or r/);
+  assert.match(error({ begin: { task: { kind: "targets", targets: [[0, 6]] }, evolution: { runs: 1 }, seed: 1, own: [0] } }), /fit a model first/);
+  assert.match(error({ advance: { generations: 1 } }), /begin an evolution first/);
+  assert.match(error({ model: { file: "{" } }), /found no model|EOF/);
+  assert.match(error({ champion: { champion: "[]", seed: 1 } }), /.+/);
 });

@@ -17,11 +17,11 @@ const time = (what, question, bytes) => {
   if (what) console.log(`${what}: ${since(wall, before)}`);
   return json;
 };
-time("six beans of 1000 steps and their model", { ask: "fit" });
+time("six beans of 1000 steps and their model", { fit: {} });
 const task = { kind: "targets", targets: [[3, 6], [-5, 9], [-1, 13.5]], end_height_cm: 13.8 };
-time("beginning", { ask: "begin", task, evolution: { runs: 2, generations: 300 }, seed: 1, own: [0, 1] });
-time("two runs of 300 generations", { ask: "advance", generations: 300 });
-const champions = time("their champions", { ask: "finish" });
+time("beginning", { begin: { task, evolution: { runs: 2, generations: 300 }, seed: 1, own: [0, 1] } });
+time("two runs of 300 generations", { advance: { generations: 300 } });
+const champions = time("their champions", { finish: {} });
 console.log(`best fitness ${champions[0].best} and ${champions[1].best} cm`);
 
 const files = process.argv.slice(2).flatMap((place) => (fs.statSync(place).isDirectory() ? fs.readdirSync(place).map((name) => path.join(place, name)) : [place]));
@@ -30,7 +30,7 @@ if (pictures.length) {
   const bytes = pictures.map((name) => fs.readFileSync(name));
   const first = bytes.slice(0, 6);
   const [wall, before] = [performance.now(), process.cpuUsage()];
-  time("", { ask: "track", period_min: 5, first: first.map(({ length }) => length) }, Buffer.concat(first));
-  bytes.forEach((photograph, place) => time("", { ask: "next", name: path.basename(pictures[place]) }, photograph));
+  time("", { track: { period_min: 5, first: first.map(({ length }) => length) } }, Buffer.concat(first));
+  bytes.forEach((photograph, place) => time("", { next: { name: path.basename(pictures[place]) } }, photograph));
   console.log(`${pictures.length} photographs: ${since(wall, before)}`);
 }

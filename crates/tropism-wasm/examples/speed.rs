@@ -16,11 +16,11 @@ fn time(session: &mut Session, what: &str, question: &str) -> serde_json::Value 
 
 fn main() {
     let mut session = Session::default();
-    time(&mut session, "six beans of 1000 steps and their model", r#"{"ask":"fit"}"#);
-    let begin = r#"{"ask":"begin","task":{"kind":"targets","targets":[[3,6],[-5,9],[-1,13.5]],"end_height_cm":13.8},
-        "evolution":{"runs":2,"generations":300},"seed":1,"own":[0,1]}"#;
+    time(&mut session, "six beans of 1000 steps and their model", r#"{"fit":{}}"#);
+    let begin = r#"{"begin":{"task":{"kind":"targets","targets":[[3,6],[-5,9],[-1,13.5]],"end_height_cm":13.8},
+        "evolution":{"runs":2,"generations":300},"seed":1,"own":[0,1]}}"#;
     time(&mut session, "beginning", begin);
-    time(&mut session, "two runs of 300 generations", r#"{"ask":"advance","generations":300}"#);
-    let champions = time(&mut session, "their champions", r#"{"ask":"finish"}"#);
+    time(&mut session, "two runs of 300 generations", r#"{"advance":{"generations":300}}"#);
+    let champions = time(&mut session, "their champions", r#"{"finish":{}}"#);
     println!("best fitness {} and {} cm", champions[0]["best"], champions[1]["best"]);
 }

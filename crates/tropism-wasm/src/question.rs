@@ -18,9 +18,12 @@ use tropism_page::{Drawing, Method, ShownGeneration};
 use crate::SessionError;
 use crate::beans::OpenLoop;
 
-/// A question of the page.
+/// A question of the page: `{"fit": {"kind": "stem"}}`.
+///
+/// Its name stands before its values, so that these are read at once, by the code that reads files: names among the values would cost
+/// the module a second copy of that code.
 #[derive(Debug, Deserialize)]
-#[serde(tag = "ask", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Question {
     /// The paper's settings, which all others begin at.
     Settings {},
@@ -261,6 +264,8 @@ impl Question {
         let short = || SessionError::Refused("there is no question".to_owned());
         let (length, rest) = written.split_first_chunk::<4>().ok_or_else(short)?;
         let (text, bytes) = rest.split_at_checked(u32::from_le_bytes(*length) as usize).ok_or_else(short)?;
-        Ok((serde_json::from_slice(text)?, bytes))
+        // As files are: text, not bytes.
+        let text = str::from_utf8(text).map_err(|error| SessionError::Refused(error.to_string()))?;
+        Ok((serde_json::from_str(text)?, bytes))
     }
 }
