@@ -17,6 +17,13 @@ const WEB = path.join(ROOT, "web");
 const [, , out] = process.argv;
 const ts = createRequire(path.join(ROOT, "tests/studio/package.json"))("typescript");
 const read = (...parts) => fs.readFileSync(path.join(...parts), "utf8");
+/** Without the blanks before lines, of which a browser needs none. */
+const flush = (text) => text.replace(/^[ \t]+/gm, "");
+/** A script without comments, too. */
+function lean(file) {
+  const options = { module: ts.ModuleKind.CommonJS, target: ts.ScriptTarget.ES2022, removeComments: true };
+  return flush(ts.transpileModule(read(file), { compilerOptions: options }).outputText);
+}
 const sha256 = (text) => createHash("sha256").update(text).digest("base64");
 
 /** The scripts that `entry` needs, as one. Each runs in a task of its own, so that none holds up the page for long. */
@@ -35,9 +42,7 @@ function bundle(entry) {
       const found = path.resolve(path.dirname(file), name);
       links[name] = add(found === path.join(ASSETS, "studio.js") ? path.join(WEB, "studio.js") : found);
     }
-    const options = { module: ts.ModuleKind.CommonJS, target: ts.ScriptTarget.ES2022, removeComments: true };
-    const { outputText } = ts.transpileModule(read(file), { compilerOptions: options });
-    all[place] = `[function(exports,require){${outputText}},${JSON.stringify(links)}]`;
+    all[place] = `[function(exports,require){${lean(file)}},${JSON.stringify(links)}]`;
     order.push(place);
     return place;
   };
@@ -99,11 +104,14 @@ function lzma(bytes) {
 const wasm = fs.readFileSync(path.join(out, "whole.wasm"));
 const packed = { whole: lzma(wasm), play: lzma(fs.readFileSync(path.join(out, "play.wasm"))) };
 const script = bundle(path.join(WEB, "app.js"));
-const shared = read(ASSETS, "style.css").replace(/^@import "(.+)";$/gm, (_, file) => read(ASSETS, file));
-const style = `${shared}\n${read(WEB, "web.css")}\n${figures(JSON.parse(await ask(wasm, { style: {} })))}`;
+/** Styles of the studio's other pages. */
+const OTHERS = ["style/run.css", "style/overview.css", "style/tune.css"];
+const shared = read(ASSETS, "style.css").replace(/^@import "(.+)";$/gm, (_, file) => (OTHERS.includes(file) ? "" : read(ASSETS, file)));
+const sheet = `${shared}\n${read(WEB, "web.css")}\n${figures(JSON.parse(await ask(wasm, { style: {} })))}`;
+const style = flush(sheet.replace(/\/\*.*?\*\//gs, ""));
 const draw = read(ASSETS, "draw.html").match(/<main id="main">(.*)<\/main>/s)[1];
 const data = {
-  worker: read(WEB, "worker.js"),
+  worker: lean(path.join(WEB, "worker.js")),
   reach: await ask(wasm, { reach: {} }),
   champion: read(WEB, "champion.json"),
   rule: read(ROOT, "benchmarks/submissions/tuned-rule/rule.json"),

@@ -142,9 +142,7 @@ function show(seen, bytes) {
   picture.setAttribute("aria-label", `Photograph of the virtual bean, ${where}`);
   $("#lampline").dataset.lamp = seen.light ?? "";
   const minutes = 5 * seen.step;
-  put(
-    $("#tent-says"),
-    html`<b>${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, "0")}</b> ${where}${seen.is_measured ? "" : ` (${seen.class})`},
-      ${seen.light ?? "no"} lamp${seen.is_over ? ": the end" : ""}`,
-  );
+  const hour = html`<b>${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, "0")}</b>`;
+  const kind = seen.is_measured ? "" : ` (${seen.class})`;
+  put($("#tent-says"), html`${hour} ${where}${kind}, ${seen.light ?? "no"} lamp${seen.is_over ? ": the end" : ""}`);
 }
