@@ -53,7 +53,8 @@ function show(next, asked) {
     const isOwn = link.getAttribute("href") === `#/${mode}`;
     if (isOwn) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
-    if (isOwn) link.scrollIntoView({ block: "nearest", inline: "nearest" });
+    // Once the page is laid out for its next frame: here it would be laid out for this alone.
+    if (isOwn) requestAnimationFrame(() => link.scrollIntoView({ block: "nearest", inline: "nearest" }));
   }
   $("#view-plane h1").textContent = mode === "play" ? "Steer a bean" : "Draw a target";
   $("#play-sheet").hidden = mode !== "play";

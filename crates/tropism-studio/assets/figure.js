@@ -130,10 +130,11 @@ export function fit(element, draw) {
   new ResizeObserver(() => {
     if (Math.round(element.clientWidth) !== width) go();
   }).observe(element);
-  go();
-  return () => {
+  const again = () => {
     // Several changes within a frame are drawn once.
     if (!waits) requestAnimationFrame(go);
     waits = true;
   };
+  again();
+  return again;
 }

@@ -110,11 +110,16 @@ const behind = () =>
 const HATCH =
   '<defs><pattern id="hatch" width="11" height="11" patternTransform="rotate(45)" patternUnits="userSpaceOnUse"><path class="hatch" d="M0 0V11"/></pattern></defs>';
 
+/** Width of the plane in pixels: none before it is laid out, nor while it is hidden. */
+let width = 0;
+
 export function draw() {
   const lamp = lampNow();
   // A bean that is tried grows on the plane, not on the photograph.
   $("#plane").classList.toggle("on-photo", backdrop !== null && view.phase === "draw");
   $("#lampline").dataset.lamp = lamp ?? "";
+  // To ask for the width here would lay out the page at each of the steps in which it begins.
+  if (!width) return;
   const grid = Array.from({ length: 9 }, (_, index) => `M0 ${Y(2 * index)}H${W}M${X(2 * index - 8)} 0V${SOIL}`).join("");
   const heights = [4, 8, 12].map((y) => `<text x="8" y="${Y(y) - 5}">${y}${y === 12 ? " cm" : ""}</text>`);
   const lampAt = (side, name) => {
@@ -138,7 +143,7 @@ export function draw() {
   const all = targets();
   const form = wantedLine(wanted(), X, Y);
   // A cross is as large on a phone.
-  const size = Math.max(1, (0.7 * W) / Math.max(1, $("#plane").clientWidth));
+  const size = Math.max(1, (0.7 * W) / width);
   const things = items.filter(isObstacle).map((item) => {
     const drawn = shape(obstacleOf(item), X, Y);
     return word(item).isFar ? drawn.replace('class="obstacle', 'class="obstacle far') : drawn;
@@ -173,7 +178,7 @@ export function draw() {
     backdrop && view.phase === "draw"
       ? ""
       : `<path class="pot" d="M${ROOT - 52} ${SOIL}H${ROOT + 52}L${ROOT + 42} ${H}H${ROOT - 42}Z"/>`;
-  const scale = Math.max(1, W / Math.max(1, $("#plane").clientWidth));
+  const scale = Math.max(1, W / width);
   $("#plane").style.setProperty("--u", scale.toFixed(2));
   const focused = /** @type {any} */ (document.activeElement)?.dataset?.grip;
   $("#plane").innerHTML =
@@ -181,7 +186,7 @@ export function draw() {
   if (focused !== undefined) $(`#plane [data-grip="${focused}"]`)?.focus();
 }
 /** Half of what a finger meets, whatever the scale of the drawing. */
-const hit = () => Math.max(22, (22 * W) / Math.max(1, $("#plane").clientWidth));
+const hit = () => Math.max(22, (22 * W) / width);
 
 /** @param {Item} item @param {number} index @param {ReturnType<typeof handles>[0]} handle @param {number} place */
 function grip(item, index, { at: [x, y], name, isWhole }, place) {
@@ -191,4 +196,7 @@ function grip(item, index, { at: [x, y], name, isWhole }, place) {
   const label = `${nameOf(item)}${name} at ${num(x, 1)}, ${num(y, 1)} cm${size}${isWhole && text ? `, ${text}` : ""}. Arrow keys move it, Delete removes it.`;
   return `<g tabindex="0" role="button" data-grip="${index}.${place}" aria-label="${label}">${knob}<circle class="ring" stroke-opacity="0" cx="${X(x)}" cy="${Y(y)}" r="18"/><circle class="t-hit" cx="${X(x)}" cy="${Y(y)}" r="${hit()}"/></g>`;
 }
-new ResizeObserver(draw).observe($("#plane"));
+new ResizeObserver(([{ contentRect }]) => {
+  width = contentRect.width;
+  draw();
+}).observe($("#plane"));
