@@ -2,13 +2,13 @@
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import fs from "node:fs";
-import http from "node:http";
 import os from "node:os";
 import { createRequire } from "node:module";
 import path from "node:path";
 import { after } from "node:test";
 import { pathToFileURL } from "node:url";
 import { EMULATES, close, page, test, until } from "../studio/helpers.js";
+import { served } from "./folder.js";
 
 const OUT = process.env.TROPISM_WEB;
 const FILE = pathToFileURL(path.join(OUT, "tropism.html")).href;
@@ -176,17 +176,9 @@ for (const theme of ["light", "dark"]) {
 }
 
 test("a static folder works without a network once it was opened", async (t) => {
-  const kinds = { html: "text/html", js: "text/javascript", svg: "image/svg+xml", webmanifest: "application/manifest+json", lzma: "application/octet-stream" };
-  const server = http.createServer((request, answer) => {
-    const name = request.url.split("?")[0].slice(1) || "index.html";
-    const file = path.join(OUT, "site", name);
-    if (!fs.existsSync(file)) return answer.writeHead(404).end();
-    answer.writeHead(200, { "Content-Type": kinds[name.split(".").at(-1)] });
-    answer.end(fs.readFileSync(file));
-  });
-  await new Promise((done) => server.listen(0, "127.0.0.1", done));
+  const { server, address } = await served();
   t.after(() => server.close());
-  const found = await page(t, `http://127.0.0.1:${server.address().port}/`, DESK);
+  const found = await page(t, address, DESK);
   await found.evaluate(() => navigator.serviceWorker.ready);
   await until(() => found.evaluate(async () => (await caches.keys()).length > 0 && (await caches.match("whole.lzma")) !== undefined), "all of the page is kept");
   server.closeAllConnections();
