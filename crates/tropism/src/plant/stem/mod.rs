@@ -26,9 +26,9 @@
 use std::sync::Arc;
 
 mod history;
-mod light;
 mod shape;
 mod terms;
+mod light;
 mod regression;
 mod replay;
 mod measured;
