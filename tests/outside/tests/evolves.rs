@@ -30,7 +30,7 @@ fn a_champion_of_an_outside_model_steers_with_four_lamps() {
     let evolution = Evolution::new(&model, &task, config(), 1).unwrap();
     let choice = evolution.choose(&runs, std::slice::from_ref(&model), 20);
     let (genome, _) = runs[choice.run].champion().unwrap();
-    let champion = Champion::of_model(genome.clone(), &sensors(), &model, "an outside model");
+    let champion = Champion::of_model(genome.clone(), (&sensors()).into(), &model, "an outside model");
     let champion = Champion::from_json(&champion.to_json()).unwrap();
     assert_eq!(champion.layout.name(Some(Light::new(3).unwrap())), "south");
 
