@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use tropism::control::ShapeError;
 use tropism::environment::unwatched;
 use tropism::evolve::Champion;
 use tropism::plant::PlantModel;
 use tropism::task::Task;
 use tropism::track::Track;
 
+use crate::error::Error;
 use crate::files::{self, FileError};
 use crate::model;
 
@@ -31,12 +31,14 @@ pub(crate) fn write(path: &Path, champion: &Champion) -> Result<(), FileError> {
 /// Simulates one plant of `model` that `champion` steers: the first plant of the trials under `seed`.
 ///
 /// # Errors
-/// [`ShapeError`] if the network does not fit its sensors and lamps.
+/// [`Error::Plan`] if the network does not fit its sensors and lamps, or dims lamps and the model knows one alone.
 pub(crate) fn simulate(
     champion: &Champion,
     model: &impl PlantModel,
     task: &Task,
     seed: u64,
-) -> Result<Track, ShapeError> {
-    Ok(model::simulate(model, &mut champion.controller(task)?, task, seed, 0, &mut unwatched))
+) -> Result<Track, Error> {
+    champion.dimming.check(model).map_err(|error| Error::Plan(error.to_string()))?;
+    let mut controller = champion.controller(task).map_err(|error| Error::Plan(error.to_string()))?;
+    Ok(model::simulate(model, &mut controller, task, seed, 0, &mut unwatched))
 }

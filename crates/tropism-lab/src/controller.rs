@@ -6,12 +6,13 @@ use serde::{Deserialize, Serialize};
 use tropism::control::{Controller, Greedy, Periodic, PredictiveGreedy};
 use tropism::evolve::{Champion, Trial, TunedRule};
 use tropism::lamps::{Layout, Light};
+use tropism::plant::PlantModel;
 use tropism::task::Task;
 use tropism::track::SAME_PERIOD;
 
 use crate::error::Error;
 use crate::files;
-use crate::model::ModelKind;
+use crate::model::{Model, ModelKind};
 use crate::planner::PlannerSpec;
 
 /// Minutes between two switches of the paper's periodic controller: six hours (section 2.2.1).
@@ -231,6 +232,16 @@ impl ControllerSpec {
                 )))
             }
         }
+    }
+
+    /// Checks that the controller can steer plants of `model`.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] as [`check`](Self::check), and where it dims lamps and the model knows one alone.
+    pub(crate) fn check_on(&self, model: &Model) -> Result<(), Error> {
+        self.check(model.layout(), model.period_min())?;
+        let light = self.champion().map_or(Ok(()), |champion| champion.dimming.check(model));
+        light.map_err(|error| Error::Plan(error.to_string()))
     }
 
     /// Builds the controller for `task`, with all its neurons at rest, for the lamps of `layout` and steps of `period_min`

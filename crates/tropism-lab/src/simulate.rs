@@ -54,7 +54,7 @@ pub fn tracks(
     seed: u64,
 ) -> Result<Vec<Track>, Error> {
     let model = model::read_for(model, task, &Silent)?;
-    controller.check(model.layout(), model.period_min())?;
+    controller.check_on(&model)?;
     let simulate = |plant| {
         let mut controller = controller.build(task, model.layout(), model.period_min());
         model::simulate(&model, &mut *controller, task, seed, plant, &mut unwatched)
@@ -92,7 +92,7 @@ pub fn continued(
             layout.len()
         )));
     }
-    controller.check(&layout, period_min)?;
+    controller.check_on(&model)?;
     let past = without_gaps(seen.iter().map(|seen| seen.sample.clone()));
     let go_on = |plant| {
         let mut controller = controller.build(task, &layout, period_min);
@@ -104,12 +104,15 @@ pub fn continued(
         let (mut step, mut observation) = (now.step, now.observation());
         loop {
             let is_over = task.is_over(step, &observation) || step - now.step >= most_steps;
-            let decided = (!is_over).then(|| controller.decide(&observation));
-            // Of the last step of the run the light may be known.
-            let light = decided.map(|light| now.light.filter(|_| step == now.step).unwrap_or(light));
-            samples.push(Sample::of(observation, step, f64::from(step) * period_min * 60.0, light));
-            let Some(light) = light else { break };
-            model.step(&mut state, light, &mut noise.at(step));
+            let decided = (!is_over).then(|| controller.lighting(&observation));
+            // Of the last step of the run the light may be known, and the model may know such a light.
+            let is_known =
+                step == now.step && (now.light.is_some() || model.knows_levels() && !now.is_dark());
+            let lighting = decided.map(|decided| if is_known { now.lighting() } else { decided });
+            let time_s = f64::from(step) * period_min * 60.0;
+            samples.push(Sample::of(observation, step, time_s, lighting.unwrap_or_default()));
+            let Some(lighting) = lighting else { break };
+            model.shine(&mut state, lighting, &mut noise.at(step));
             observation = model.observe(&state);
             step += 1;
         }
@@ -144,7 +147,7 @@ fn replay(seen: &[Observed], now: u32, controller: &mut dyn Controller) {
         if sample.step > next {
             controller.miss(sample.step - next);
         }
-        controller.decide(&sample.observation());
+        controller.lighting(&sample.observation());
         next = sample.step + 1;
     }
     if now > next {
@@ -224,7 +227,7 @@ impl Workflow for SimulatePlan {
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<SimulateResults, Error> {
         let model = model::read_for(&self.model, &self.task, monitor)?;
-        self.controller.check(model.layout(), model.period_min())?;
+        self.controller.check_on(&model)?;
         note_out_of_reach(&self.task, &Species::default(), monitor);
         let (mut fitness, mut both_readings) = (Vec::new(), Vec::new());
         let (mut without_data, mut first) = (0.0, None::<Track>);

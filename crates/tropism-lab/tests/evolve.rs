@@ -75,6 +75,14 @@ fn lamps_are_dimmed_by_smooth_neurons_on_a_model_of_the_stem_alone() {
         totals.clone().count() > 10 && totals.into_iter().all(|total| total == 1.0),
         "both share one lamp"
     );
+    let on_tip = SimulatePlan {
+        model: self::plan(folder.path(), "unused").model,
+        controller: champion,
+        out: folder.path().join("on-tip.csv"),
+        ..SimulatePlan::default()
+    };
+    let error = on_tip.execute(&Silent).unwrap_err().to_string();
+    assert!(error.contains("fit a model of the stem"), "{error}");
 }
 
 /// Counts the monitor's calls, and asks for an end after `limit` generations.

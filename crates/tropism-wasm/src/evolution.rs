@@ -113,6 +113,7 @@ pub(crate) fn simulate(
     seed: u64,
     episode: u32,
 ) -> Result<Track, SessionError> {
+    champion.dimming.check(model).map_err(tropism::evolve::EvolutionError::from)?;
     let noise = NoiseStream::new(seed, Purpose::Trial, [episode, 0, 0]);
     let mut plant = Simulation::new(model, task, noise);
     let Ok(track) =

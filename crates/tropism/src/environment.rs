@@ -38,12 +38,7 @@ pub trait Environment {
     /// # Panics
     /// By default for all but one lamp at full power: models are of one lamp.
     fn shine(&mut self, lighting: Lighting) -> Result<(), Self::Error> {
-        match lighting.single() {
-            Some(Some(light)) => self.step(light),
-            _ => panic!(
-                "found the lighting {lighting}, wanted one lamp at full power: this world knows no other"
-            ),
-        }
+        self.step(lighting.one_lamp())
     }
 
     /// How many steps have passed so far without an observation, because of a fault. They count for the task, and are gaps

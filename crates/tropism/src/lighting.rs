@@ -82,6 +82,17 @@ impl Lighting {
         (levels == u128::from(FULL) << (8 * index)).then(|| Light::new(index))
     }
 
+    /// The one lamp at full power, for a world or a model that knows no other light.
+    ///
+    /// # Panics
+    /// For all other lightings.
+    #[must_use]
+    pub fn one_lamp(self) -> Light {
+        self.single().flatten().unwrap_or_else(|| {
+            panic!("found the lighting {self}, wanted one lamp at full power: nothing else is known here")
+        })
+    }
+
     /// The brightest lamp, the first of equals; `None` in the dark.
     #[must_use]
     pub fn brightest(self) -> Option<Light> {

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use tropism::control::ShapeError;
 use tropism::evolve::Champion;
 use tropism::task::Task;
 use tropism::text::plural;
@@ -139,12 +138,7 @@ fn own_model(folder: Option<&Path>, record: Option<&EvolutionRecord>) -> Result<
 }
 
 /// The track of one plant of `model` that the network steers, and its label in figures.
-fn simulate(
-    champion: &Champion,
-    model: &Model,
-    task: &Task,
-    seed: u64,
-) -> Result<(Track, Plants), ShapeError> {
+fn simulate(champion: &Champion, model: &Model, task: &Task, seed: u64) -> Result<(Track, Plants), Error> {
     let plants = if model.is_virtual() { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
     Ok((champion::simulate(champion, model, task, seed)?, plants))
 }

@@ -25,7 +25,7 @@ use crate::lighting::Lighting;
 use crate::observation::Observation;
 
 pub use greedy::Greedy;
-pub use network::{Dimming, Interface, NetworkController, OUTPUTS, ShapeError, outputs};
+pub use network::{Dimming, Interface, NetworkController, OUTPUTS, OneLamp, ShapeError, outputs};
 pub use outlook::{TargetOutlook, outlook};
 pub use periodic::Periodic;
 pub use planner::{Planner, PlannerConfig};

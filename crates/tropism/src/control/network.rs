@@ -7,6 +7,7 @@ use super::{Controller, SensorState, Sensors, TIP_INPUTS};
 use crate::lamps::{Layout, Light};
 use crate::lighting::{FULL, Lighting};
 use crate::observation::Observation;
+use crate::plant::PlantModel;
 use crate::task::Task;
 
 /// Outputs of a network for the paper's two lamps: the light condition C, above 0.5 for right.
@@ -43,6 +44,14 @@ impl Dimming {
         *self == Self::Switch
     }
 
+    /// Checks that `model` knows the light that a network asks for.
+    ///
+    /// # Errors
+    /// [`OneLamp`] if it dims lamps, and the model knows one at full power alone.
+    pub fn check(self, model: &impl PlantModel) -> Result<(), OneLamp> {
+        if self.is_switch() || model.knows_levels() { Ok(()) } else { Err(OneLamp) }
+    }
+
     /// A lighting of `layout` that a network may ask for, with as many lamps as may be lit at once.
     #[must_use]
     pub fn example(self, layout: &Layout) -> Lighting {
@@ -74,6 +83,13 @@ impl Dimming {
         }
     }
 }
+
+/// A network that dims lamps before a model that knows one at full power alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the model knows one lamp at full power alone, and networks dim lamps (`dimming`): fit a model of the stem"
+)]
+pub struct OneLamp;
 
 /// The level of a lamp at a share of full power.
 fn level(power: f64) -> u8 {

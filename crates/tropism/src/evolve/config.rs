@@ -6,7 +6,7 @@ use tropism_neat::{Activation, Config, NeatError};
 use super::search::Method;
 use super::start::{self, Start, StartError};
 use crate::check::{OutOfRange, within};
-use crate::control::{Dimming, Interface, Sensors};
+use crate::control::{Dimming, Interface, OneLamp, Sensors};
 
 /// How controllers are evolved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,10 +62,8 @@ pub enum EvolutionError {
     #[error(transparent)]
     Neat(#[from] NeatError),
     /// Lamps that are dimmed before a model that cannot.
-    #[error(
-        "the model knows one lamp at full power alone, and networks dim lamps (`dimming`): fit a model of the stem"
-    )]
-    OneLamp,
+    #[error(transparent)]
+    OneLamp(#[from] OneLamp),
     /// Lamps that are dimmed by neurons that cannot.
     #[error(
         "found step neurons as outputs (`neat.output_activation`), wanted smooth ones, such as UnsignedSigmoid: they dim lamps \

@@ -103,9 +103,7 @@ impl<'p, M: BatchModel> Evolution<'p, M> {
         seed: u64,
     ) -> Result<Self, EvolutionError> {
         config.check()?;
-        if !config.dimming.is_switch() && !model.knows_levels() {
-            return Err(EvolutionError::OneLamp);
-        }
+        config.dimming.check(model)?;
         let start = match &config.start {
             Start::Random => None,
             Start::Greedy => Some(start::greedy_genome(&config.sensors, &config.neat, task, model.layout())?),

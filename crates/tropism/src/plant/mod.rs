@@ -92,12 +92,7 @@ pub trait PlantModel: Sync {
     /// # Panics
     /// By default for all but one lamp at full power. A model that takes others says so ([`knows_levels`](Self::knows_levels)).
     fn shine(&self, plant: &mut Self::Plant, lighting: Lighting, noise: &mut StepNoise) {
-        match lighting.single() {
-            Some(Some(light)) => self.step(plant, light, noise),
-            _ => panic!(
-                "found the lighting {lighting}, wanted one lamp at full power: this model knows no other"
-            ),
-        }
+        self.step(plant, lighting.one_lamp(), noise);
     }
 
     /// Whether [`shine`](Self::shine) takes several lamps, and any levels.

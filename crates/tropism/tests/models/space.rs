@@ -51,6 +51,16 @@ fn a_mirrored_plant_moves_in_a_mirror() {
     assert!(model.observe(&plant).tip.y > 6.0);
 }
 
+/// The tips of twelve simulated plants after `steps` steps under the same lighting.
+fn tips_under(model: &SpaceModel, lighting: Lighting, steps: u32) -> impl Iterator<Item = [f64; 3]> {
+    (0..12).map(move |episode| {
+        let noise = NoiseStream::new(3, Purpose::Trial, [episode, 0, 0]);
+        let mut plant = model.seedling(Point::new(0.0, 4.0), &mut noise.of_seedling());
+        (0..steps).for_each(|step| model.shine(&mut plant, lighting, &mut noise.at(step)));
+        model.observe(&plant).tip_in_space().unwrap()
+    })
+}
+
 #[test]
 fn simulated_plants_follow_each_lamp_and_stay_near_the_data() {
     let model = SpaceModel::fit([&grown(1), &grown(2)]).unwrap();
@@ -58,13 +68,7 @@ fn simulated_plants_follow_each_lamp_and_stay_near_the_data() {
         [(Light::RIGHT, [1.0, 0.0]), (Light::FRONT, [0.0, 1.0]), (Light::BACK, [0.0, -1.0])]
     {
         let mut sum = [0.0; 2];
-        for episode in 0..12 {
-            let noise = NoiseStream::new(3, Purpose::Trial, [episode, 0, 0]);
-            let mut plant = model.seedling(Point::new(0.0, 4.0), &mut noise.of_seedling());
-            for step in 0..120 {
-                model.step(&mut plant, light, &mut noise.at(step));
-            }
-            let [x, y, z] = model.observe(&plant).tip_in_space().unwrap();
+        for [x, y, z] in tips_under(&model, light.into(), 120) {
             assert!(math::hypot(x, z) < 12.0 && (2.0..14.0).contains(&y), "{x} {y} {z}");
             sum = add(sum, [x / 12.0, z / 12.0]);
         }
@@ -78,17 +82,7 @@ fn several_lamps_draw_between_them_and_a_dimmed_one_draws_less() {
     let model = SpaceModel::fit([&grown(1), &grown(2)]).unwrap();
     assert!(model.knows_levels());
     let drawn = |lighting: Lighting| {
-        let mut sum = [0.0; 2];
-        for episode in 0..12 {
-            let noise = NoiseStream::new(3, Purpose::Trial, [episode, 0, 0]);
-            let mut plant = model.seedling(Point::new(0.0, 4.0), &mut noise.of_seedling());
-            for step in 0..60 {
-                model.shine(&mut plant, lighting, &mut noise.at(step));
-            }
-            let [x, _, z] = model.observe(&plant).tip_in_space().unwrap();
-            sum = add(sum, [x / 12.0, z / 12.0]);
-        }
-        sum
+        tips_under(&model, lighting, 60).fold([0.0; 2], |sum, [x, _, z]| add(sum, [x / 12.0, z / 12.0]))
     };
     let right = Lighting::only(Light::RIGHT);
     let [full, weak, balanced] = [255, 26, 0].map(|level| drawn(Lighting::DARK.with(Light::RIGHT, level)));
