@@ -62,7 +62,9 @@ impl Decider {
         let layout: Layout = parsed("layout", layout)?;
         spec.check(&layout, period_min).map_err(refused)?;
         if spec.champion().is_some_and(|champion| !champion.dimming.is_switch()) {
-            return Err(refused("found a network that dims lamps, wanted one that lights one lamp at full power"));
+            return Err(refused(
+                "found a network that dims lamps, wanted one that lights one lamp at full power",
+            ));
         }
         Ok(Self(spec.build(&parsed::<Task>("task", task)?, &layout, period_min)))
     }
