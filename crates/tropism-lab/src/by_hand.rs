@@ -259,7 +259,7 @@ impl RigByHand {
         if self.camera.is_none() {
             self.camera = Some(match (&self.tent, &self.rig.camera) {
                 (Some(tent), _) => Box::new(tent.clone()),
-                (None, Some(camera)) => camera.open().map_err(self.at())?,
+                (None, Some(camera)) => camera.settings().open().map_err(self.at())?,
                 (None, None) => return Err(Error::Plan(format!("{}: found no camera", self.path.display()))),
             });
         }

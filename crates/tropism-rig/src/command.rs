@@ -10,9 +10,11 @@ use tropism::lighting::FULL;
 use tropism::photo::Photo;
 use tropism::rig::{Camera, Lamps, RigError};
 
+use crate::broker::Broker;
 use crate::child::run;
 use crate::failed;
 use crate::seconds::{Seconds, one, ten, twenty};
+use crate::settings::{CameraSettings, FlashSettings, LampSettings, Outlet};
 use crate::switch::{Switch, cannot_dim};
 use crate::{retry, whole};
 
@@ -30,6 +32,20 @@ pub struct CommandCamera {
     /// Further attempts after a failure.
     #[serde(default = "retry::two", deserialize_with = "whole::retries")]
     pub retries: u32,
+}
+
+impl CameraSettings for CommandCamera {
+    fn open(&self) -> Result<Box<dyn Camera>, RigError> {
+        Ok(Box::new(self.clone()))
+    }
+
+    fn timeout_s(&self) -> f64 {
+        self.timeout_s.into()
+    }
+
+    fn retries(&mut self) -> Option<&mut u32> {
+        Some(&mut self.retries)
+    }
 }
 
 impl Camera for CommandCamera {
@@ -83,10 +99,28 @@ pub struct CommandLamp {
     pub timeout_s: Seconds,
 }
 
-impl CommandLamp {
+impl LampSettings for CommandLamp {
+    fn check(&self, _period_min: f64) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn outlet(&self) -> Outlet {
+        Outlet::Programs { on: self.on.clone(), off: self.off.clone() }
+    }
+
     /// Whether its program takes a level.
-    pub(crate) fn dims(&self) -> bool {
+    fn dims(&self) -> bool {
         takes_level(&self.on)
+    }
+
+    fn open(&self, device: &str, _broker: Option<&Broker>) -> Result<Box<dyn Switch>, RigError> {
+        let Self { on, off, timeout_s } = self.clone();
+        let timeout = timeout_s.duration();
+        Ok(Box::new(CommandSwitch { device: device.to_owned(), on, off, timeout, on_timeout: timeout }))
+    }
+
+    fn timeout_s(&self) -> f64 {
+        self.timeout_s.into()
     }
 }
 
@@ -112,6 +146,32 @@ pub struct CommandFlash {
     /// Time limit of each program.
     #[serde(default = "twenty")]
     pub timeout_s: Seconds,
+}
+
+impl FlashSettings for CommandFlash {
+    fn outlet(&self) -> Outlet {
+        Outlet::Programs { on: self.on.clone(), off: self.off.clone() }
+    }
+
+    fn open(&self, _broker: Option<&Broker>) -> Result<Box<dyn Switch>, RigError> {
+        let Self { on, off, max_on_s, timeout_s, .. } = self.clone();
+        Ok(Box::new(CommandSwitch {
+            device: "flash".to_owned(),
+            on,
+            off,
+            timeout: timeout_s.duration(),
+            // A program that hangs while the light is on already is killed, and the light switched off.
+            on_timeout: timeout_s.duration().min(max_on_s.duration()),
+        }))
+    }
+
+    fn timeout_s(&self) -> f64 {
+        self.timeout_s.into()
+    }
+
+    fn times(&self) -> [Seconds; 2] {
+        [self.settle_s, self.max_on_s]
+    }
 }
 
 /// A device behind two programs.

@@ -1,26 +1,27 @@
 //! The list of drivers: a table of a rig file names one of them with `driver`.
 //!
-//! A new driver is a module of its own and, here, its word in `drivers!` and an arm in each `match`, which the compiler
-//! asks for.
+//! A new driver of a camera, lamp or flash is a module of its own and, here, its word in `drivers!`.
 
 use std::fmt;
 
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
-use tropism::rig::{Camera, Flash, RigError};
+use tropism::rig::{Flash, RigError};
 
 use crate::alert::{CommandAlert, Heartbeat, MqttAlert, Post, Settings};
-use crate::command::{CommandCamera, CommandFlash, CommandLamp, CommandSwitch};
-use crate::device;
+use crate::broker::Broker;
+use crate::command::{CommandCamera, CommandFlash, CommandLamp};
 use crate::folder::FolderCamera;
 use crate::gpio::{GpioFlash, GpioLamp};
 use crate::http::HttpCamera;
 use crate::leds::LedsLamp;
-use crate::mqtt::{Broker, MqttFlash, MqttLamp};
+use crate::mqtt::{MqttFlash, MqttLamp};
 use crate::replay::ReplayCamera;
 use crate::rpicam::RpicamCamera;
-use crate::switch::{BoundedFlash, Switch};
+use crate::seconds::Seconds;
+use crate::settings::{CameraSettings, FlashSettings, LampSettings};
+use crate::switch::BoundedFlash;
 use crate::v4l2::V4l2Camera;
 use crate::wled::WledLamp;
 use crate::ws2812::Ws2812Lamp;
@@ -28,8 +29,27 @@ use crate::ws2812::Ws2812Lamp;
 /// Declares an enum of settings, each of which is a table with the key `driver`.
 ///
 /// What serde derives for a tagged enum buffers the table first, and an error then has no line. Here, a `driver` that
-/// comes first selects the type before the rest is read.
+/// comes first selects the type before the rest is read. With a trait after its name the enum gives the settings as that.
 macro_rules! drivers {
+    (
+        $(#[$about:meta])*
+        $name:ident: $settings_of:ident { $($(#[$doc:meta])* $word:literal => $variant:ident($settings:ty),)+ }
+    ) => {
+        drivers! { $(#[$about])* $name { $($(#[$doc])* $word => $variant($settings),)+ } }
+
+        impl $name {
+            /// The settings of whichever driver it is.
+            #[must_use]
+            pub fn settings(&self) -> &dyn $settings_of {
+                match self { $(Self::$variant(settings) => settings,)+ }
+            }
+
+            /// The settings, to change them.
+            pub fn settings_mut(&mut self) -> &mut dyn $settings_of {
+                match self { $(Self::$variant(settings) => settings,)+ }
+            }
+        }
+    };
     ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $word:literal => $variant:ident($settings:ty),)+ }) => {
         $(#[$about])*
         #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -89,7 +109,7 @@ fn unknown<E: Error>(word: &str, words: &[&str]) -> E {
 
 drivers! {
     /// Driver of the camera.
-    CameraDriver {
+    CameraDriver: CameraSettings {
         /// A program that writes a photograph to stdout.
         "command" => Command(CommandCamera),
         /// A camera that answers over HTTP.
@@ -106,71 +126,27 @@ drivers! {
 }
 
 impl CameraDriver {
-    /// Checks the settings.
-    ///
-    /// # Errors
-    /// What was found, and what was wanted.
-    pub fn check(&self) -> Result<(), String> {
-        match self {
-            Self::Command(_) | Self::Folder(_) | Self::Replay(_) => Ok(()),
-            Self::Http(camera) => camera.check(),
-            Self::Rpicam(camera) => camera.check(),
-            Self::V4l2(camera) => camera.check(),
-        }
-    }
-
-    /// Opens the camera.
-    ///
-    /// # Errors
-    /// [`RigError::Device`] if it cannot be found.
-    pub fn open(&self) -> Result<Box<dyn Camera>, RigError> {
-        Ok(match self {
-            Self::Command(camera) => Box::new(camera.clone()),
-            Self::Http(camera) => Box::new(camera.open()?),
-            Self::Rpicam(camera) => Box::new(camera.open()?),
-            Self::V4l2(camera) => Box::new(camera.clone()),
-            Self::Folder(camera) => Box::new(camera.clone()),
-            Self::Replay(camera) => Box::new(camera.open()?),
-        })
-    }
-
     /// Seconds that one try may take, and the largest number of tries.
     #[must_use]
     pub fn longest_s(&self) -> (f64, u32) {
-        match self {
-            Self::Command(camera) => (camera.timeout_s.into(), 1 + camera.retries),
-            Self::Http(camera) => (camera.timeout_s.into(), 1 + camera.retries),
-            Self::Rpicam(camera) => (camera.timeout_s.into(), 1 + camera.retries),
-            Self::V4l2(camera) => (camera.timeout_s.into(), 1 + camera.retries),
-            Self::Folder(camera) => (camera.timeout_s.into(), 1),
-            Self::Replay(_) => (0.0, 1),
-        }
+        let retries = self.clone().settings_mut().retries().map_or(0, |retries| *retries);
+        (self.settings().timeout_s(), 1 + retries)
     }
 
     /// The same camera that gives up after one try.
     #[must_use]
     pub fn without_retries(&self) -> Self {
         let mut camera = self.clone();
-        match &mut camera {
-            Self::Command(camera) => camera.retries = 0,
-            Self::Http(camera) => camera.retries = 0,
-            Self::Rpicam(camera) => camera.retries = 0,
-            Self::V4l2(camera) => camera.retries = 0,
-            Self::Folder(_) | Self::Replay(_) => {}
+        if let Some(retries) = camera.settings_mut().retries() {
+            *retries = 0;
         }
         camera
-    }
-
-    /// Whether it can discard old frames, by its key `discard_frames`.
-    #[must_use]
-    pub const fn discards_frames(&self) -> bool {
-        matches!(self, Self::Http(_) | Self::V4l2(_))
     }
 }
 
 drivers! {
     /// Driver of one lamp.
-    LampDriver {
+    LampDriver: LampSettings {
         /// Two programs.
         "command" => Command(CommandLamp),
         /// A segment of a WLED controller.
@@ -186,96 +162,9 @@ drivers! {
     }
 }
 
-impl LampDriver {
-    /// Checks the settings, for `period_min` minutes between commands.
-    ///
-    /// # Errors
-    /// What was found, and what was wanted.
-    pub fn check(&self, period_min: f64) -> Result<(), String> {
-        match self {
-            Self::Command(_) => Ok(()),
-            Self::Wled(lamp) => lamp.check(period_min),
-            Self::Mqtt(lamp) => lamp.plug.check(),
-            Self::Gpio(lamp) => lamp.line.check(),
-            Self::Leds(lamp) => lamp.strip.check(),
-            Self::Ws2812(lamp) => lamp.check(),
-        }
-    }
-
-    /// Whether both drive the same pixels, line or plug.
-    pub(crate) fn overlaps(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Wled(a), Self::Wled(b)) => {
-                device::address(&a.url) == device::address(&b.url)
-                    && (a.segment == b.segment || a.strip.overlaps(&b.strip))
-            }
-            (Self::Leds(a), Self::Leds(b)) => a.device == b.device && a.strip.overlaps(&b.strip),
-            (Self::Ws2812(a), Self::Ws2812(b)) => a.device == b.device && a.strip.overlaps(&b.strip),
-            (Self::Gpio(a), Self::Gpio(b)) => a.line.is_same(&b.line),
-            (Self::Mqtt(a), Self::Mqtt(b)) => a.plug.is_same(&b.plug),
-            (Self::Command(a), Self::Command(b)) => a.on == b.on && a.off == b.off && !a.on.is_empty(),
-            _ => false,
-        }
-    }
-
-    /// Whether it has levels between dark and full power.
-    pub(crate) fn dims(&self) -> bool {
-        match self {
-            Self::Command(lamp) => lamp.dims(),
-            Self::Mqtt(lamp) => lamp.plug.dims,
-            Self::Gpio(_) => false,
-            Self::Wled(_) | Self::Leds(_) | Self::Ws2812(_) => true,
-        }
-    }
-
-    /// What it drives, in one spelling, for its lock.
-    pub(crate) fn identity(&self, broker: Option<&Broker>) -> String {
-        match self {
-            Self::Command(lamp) => device::command(&lamp.on),
-            Self::Wled(lamp) => format!("wled {} segment {}", device::address(&lamp.url), lamp.segment),
-            Self::Mqtt(lamp) => lamp.plug.identity(broker),
-            Self::Gpio(lamp) => format!("gpio {}", lamp.line.name),
-            Self::Leds(lamp) => format!("leds {} pixel {}", lamp.device.display(), lamp.strip.first),
-            Self::Ws2812(lamp) => format!("spi {} pixel {}", lamp.device.display(), lamp.strip.first),
-        }
-    }
-
-    /// Opens the lamp. `device` is its name in errors, `broker` the rig's, if it has one.
-    ///
-    /// # Errors
-    /// [`RigError::Device`] if it cannot be found.
-    pub fn open(&self, device: &str, broker: Option<&Broker>) -> Result<Box<dyn Switch>, RigError> {
-        Ok(match self {
-            Self::Command(CommandLamp { on, off, timeout_s }) => Box::new(CommandSwitch {
-                device: device.to_owned(),
-                on: on.clone(),
-                off: off.clone(),
-                timeout: timeout_s.duration(),
-                on_timeout: timeout_s.duration(),
-            }),
-            Self::Wled(lamp) => Box::new(lamp.open(device)),
-            Self::Mqtt(lamp) => Box::new(lamp.plug.open(device, broker)?),
-            Self::Gpio(lamp) => lamp.line.open(device)?,
-            Self::Leds(lamp) => lamp.open(device)?,
-            Self::Ws2812(lamp) => lamp.open(device)?,
-        })
-    }
-
-    /// Seconds that one command may take; 0 for hardware of this computer.
-    #[must_use]
-    pub fn longest_s(&self) -> f64 {
-        match self {
-            Self::Command(lamp) => lamp.timeout_s.into(),
-            Self::Wled(lamp) => lamp.timeout_s.into(),
-            Self::Mqtt(lamp) => lamp.plug.timeout_s.into(),
-            Self::Gpio(_) | Self::Leds(_) | Self::Ws2812(_) => 0.0,
-        }
-    }
-}
-
 drivers! {
     /// Driver of the flash.
-    FlashDriver {
+    FlashDriver: FlashSettings {
         /// Two programs.
         "command" => Command(CommandFlash),
         /// A plug or relay behind a broker.
@@ -286,47 +175,11 @@ drivers! {
 }
 
 impl FlashDriver {
-    /// Whether it drives the line, plug or programs of `lamp`.
-    pub(crate) fn overlaps(&self, lamp: &LampDriver) -> bool {
-        match (self, lamp) {
-            (Self::Gpio(flash), LampDriver::Gpio(lamp)) => flash.line.is_same(&lamp.line),
-            (Self::Mqtt(flash), LampDriver::Mqtt(lamp)) => flash.plug.is_same(&lamp.plug),
-            (Self::Command(flash), LampDriver::Command(lamp)) => {
-                flash.on == lamp.on && flash.off == lamp.off && !flash.on.is_empty()
-            }
-            _ => false,
-        }
-    }
-
-    /// What it drives, in one spelling, for its lock.
-    pub(crate) fn identity(&self, broker: Option<&Broker>) -> String {
-        match self {
-            Self::Command(flash) => device::command(&flash.on),
-            Self::Mqtt(flash) => flash.plug.identity(broker),
-            Self::Gpio(flash) => format!("gpio {}", flash.line.name),
-        }
-    }
-
-    /// Checks the settings.
-    ///
-    /// # Errors
-    /// What was found, and what was wanted.
-    pub fn check(&self) -> Result<(), String> {
-        match self {
-            Self::Command(_) => Ok(()),
-            Self::Mqtt(flash) => flash.plug.check(),
-            Self::Gpio(flash) => flash.line.check(),
-        }
-    }
-
     /// Seconds that one command may take, and for which it settles.
     #[must_use]
     pub fn longest_s(&self) -> f64 {
-        match self {
-            Self::Command(flash) => f64::from(flash.timeout_s) + f64::from(flash.settle_s),
-            Self::Mqtt(flash) => f64::from(flash.plug.timeout_s) + f64::from(flash.settle_s),
-            Self::Gpio(flash) => flash.settle_s.into(),
-        }
+        let [settle_s, _] = self.settings().times();
+        self.settings().timeout_s() + f64::from(settle_s)
     }
 
     /// Opens the flash and switches it off. `broker` is the rig's, if it has one.
@@ -334,25 +187,8 @@ impl FlashDriver {
     /// # Errors
     /// [`RigError::Device`] if it cannot be found or switched off.
     pub fn open(&self, broker: Option<&Broker>) -> Result<Box<dyn Flash>, RigError> {
-        let (switch, settle_s, max_on_s): (Box<dyn Switch>, _, _) = match self {
-            Self::Command(CommandFlash { on, off, settle_s, max_on_s, timeout_s }) => {
-                let switch = CommandSwitch {
-                    device: "flash".to_owned(),
-                    on: on.clone(),
-                    off: off.clone(),
-                    timeout: timeout_s.duration(),
-                    // A program that hangs while the light is on already is killed, and the light switched off.
-                    on_timeout: timeout_s.duration().min(max_on_s.duration()),
-                };
-                (Box::new(switch), settle_s, max_on_s)
-            }
-            Self::Gpio(GpioFlash { line, settle_s, max_on_s }) => (line.open("flash")?, settle_s, max_on_s),
-            Self::Mqtt(MqttFlash { plug, settle_s, max_on_s }) => {
-                let switch = plug.open("flash", broker)?.lit_within(max_on_s.duration());
-                (Box::new(switch), settle_s, max_on_s)
-            }
-        };
-        Ok(Box::new(BoundedFlash::new(switch, settle_s.duration(), max_on_s.duration())?))
+        let [settle, max_on] = self.settings().times().map(Seconds::duration);
+        Ok(Box::new(BoundedFlash::new(self.settings().open(broker)?, settle, max_on)?))
     }
 }
 

@@ -12,6 +12,7 @@ use tropism::rig::{Camera, RigError};
 
 use crate::child::run;
 use crate::seconds::{Seconds, one};
+use crate::settings::CameraSettings;
 use crate::{failed, picture};
 
 /// A folder in which a photograph appears.
@@ -41,6 +42,16 @@ const POLL: Duration = Duration::from_millis(50);
 
 /// Path, length and modification time of files: another state is another photograph.
 type Known = Vec<(PathBuf, u64, SystemTime)>;
+
+impl CameraSettings for FolderCamera {
+    fn open(&self) -> Result<Box<dyn Camera>, RigError> {
+        Ok(Box::new(self.clone()))
+    }
+
+    fn timeout_s(&self) -> f64 {
+        self.timeout_s.into()
+    }
+}
 
 impl FolderCamera {
     fn error(&self, problem: String) -> RigError {

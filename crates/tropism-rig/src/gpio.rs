@@ -7,8 +7,10 @@
 use serde::{Deserialize, Serialize};
 use tropism::rig::RigError;
 
+use crate::broker::Broker;
 use crate::failed;
 use crate::seconds::{Seconds, one, ten};
+use crate::settings::{FlashSettings, LampSettings, Outlet};
 use crate::switch::Switch;
 
 /// A GPIO line.
@@ -24,14 +26,6 @@ pub struct Line {
     /// Whether the device is on when the line is low, as most relay boards with optocouplers are.
     #[serde(default)]
     pub active_low: bool,
-}
-
-impl Line {
-    /// Whether both may be one line: the same name, and not on two chips.
-    pub(crate) fn is_same(&self, other: &Self) -> bool {
-        let differ = self.chip.as_ref().zip(other.chip.as_ref()).is_some_and(|(one, other)| one != other);
-        self.name == other.name && !differ
-    }
 }
 
 /// A lamp on a relay.
@@ -58,8 +52,48 @@ pub struct GpioFlash {
     pub max_on_s: Seconds,
 }
 
+impl LampSettings for GpioLamp {
+    fn check(&self, _period_min: f64) -> Result<(), String> {
+        self.line.check()
+    }
+
+    fn outlet(&self) -> Outlet {
+        self.line.outlet()
+    }
+
+    fn dims(&self) -> bool {
+        false
+    }
+
+    fn open(&self, device: &str, _broker: Option<&Broker>) -> Result<Box<dyn Switch>, RigError> {
+        self.line.open(device)
+    }
+}
+
+impl FlashSettings for GpioFlash {
+    fn check(&self) -> Result<(), String> {
+        self.line.check()
+    }
+
+    fn outlet(&self) -> Outlet {
+        self.line.outlet()
+    }
+
+    fn open(&self, _broker: Option<&Broker>) -> Result<Box<dyn Switch>, RigError> {
+        self.line.open("flash")
+    }
+
+    fn times(&self) -> [Seconds; 2] {
+        [self.settle_s, self.max_on_s]
+    }
+}
+
 impl Line {
-    pub(crate) fn check(&self) -> Result<(), String> {
+    fn outlet(&self) -> Outlet {
+        Outlet::Line { chip: self.chip.clone(), name: self.name.clone() }
+    }
+
+    fn check(&self) -> Result<(), String> {
         if self.name.is_empty() {
             return Err("line.name is empty: give a name or a number".to_owned());
         }
@@ -87,7 +121,7 @@ impl Line {
     /// # Errors
     /// [`RigError::Device`] if the line does not exist, or another program holds it.
     #[cfg(target_os = "linux")]
-    pub(crate) fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
+    fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
         use gpiocdev::line::Value;
 
         let device =
@@ -124,7 +158,7 @@ impl Line {
 
     /// GPIO lines exist on Linux only.
     #[cfg(not(target_os = "linux"))]
-    pub(crate) fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
+    fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
         Err(failed(device, "GPIO needs Linux"))
     }
 }

@@ -3,8 +3,7 @@
 //! For ESP32-CAM (`/capture`), ESPHome, IP cameras, mjpg-streamer (`?action=snapshot`) and Home Assistant. Such cameras
 //! may answer with buffered frames, so some frames are discarded, and a repeated frame is refused.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
@@ -12,7 +11,8 @@ use tropism::photo::Photo;
 use tropism::rig::{Camera, RigError};
 
 use crate::seconds::{Seconds, ten};
-use crate::secret::redacted;
+use crate::secret::{read_secret, redacted};
+use crate::settings::CameraSettings;
 use crate::{failed, picture, retry, whole};
 
 /// One request: address, deadline and the largest answer.
@@ -143,29 +143,34 @@ const fn twenty_million() -> u64 {
     20_000_000
 }
 
-impl HttpCamera {
-    pub(crate) fn check(&self) -> Result<(), String> {
+impl CameraSettings for HttpCamera {
+    fn check(&self) -> Result<(), String> {
         if self.max_bytes == 0 || self.max_bytes > 100_000_000 {
             return Err(format!("found max_bytes = {}, wanted 1 to 100000000", self.max_bytes));
         }
         check_url(&self.url)
     }
 
-    pub(crate) fn open(&self) -> Result<OpenHttpCamera, RigError> {
+    fn open(&self) -> Result<Box<dyn Camera>, RigError> {
         let authorization = self.authorization_file.as_deref().map(read_secret).transpose()?;
-        Ok(OpenHttpCamera { settings: self.clone(), authorization, last: Vec::new() })
+        Ok(Box::new(OpenHttpCamera { settings: self.clone(), authorization, last: Vec::new() }))
+    }
+
+    fn timeout_s(&self) -> f64 {
+        self.timeout_s.into()
+    }
+
+    fn retries(&mut self) -> Option<&mut u32> {
+        Some(&mut self.retries)
+    }
+
+    fn discards_frames(&self) -> bool {
+        true
     }
 }
 
-/// The first line of a file that holds a secret.
-pub(crate) fn read_secret(path: &Path) -> Result<String, RigError> {
-    let text = fs::read_to_string(path)
-        .map_err(|error| failed(path.display().to_string(), format!("cannot be read: {error}")))?;
-    Ok(text.lines().next().unwrap_or_default().trim().to_owned())
-}
-
 /// An open camera.
-pub(crate) struct OpenHttpCamera {
+struct OpenHttpCamera {
     settings: HttpCamera,
     authorization: Option<String>,
     /// The latest photograph, which the next one must not repeat.
@@ -274,7 +279,7 @@ pub(crate) mod tests {
         let _ = socket.write_all(&[head.as_bytes(), body].concat());
     }
 
-    fn camera(url: &str, more: &str) -> OpenHttpCamera {
+    fn camera(url: &str, more: &str) -> Box<dyn Camera> {
         let settings: HttpCamera = toml::from_str(&format!("url = {url:?}\nretries = 0\n{more}")).unwrap();
         settings.check().unwrap();
         settings.open().unwrap()
@@ -357,7 +362,7 @@ pub(crate) mod tests {
     fn a_camera_that_fails_once_is_asked_again_and_secrets_are_sent_but_not_shown() {
         let folder = tempfile::tempdir().unwrap();
         let secret = folder.path().join("secret");
-        fs::write(&secret, "Bearer abc\n").unwrap();
+        std::fs::write(&secret, "Bearer abc\n").unwrap();
         let url = device(|number, asked, socket| {
             if number > 0 && asked.headers.to_lowercase().contains("authorization: bearer abc") {
                 reply(socket, &jpeg(number));

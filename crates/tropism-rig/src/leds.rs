@@ -8,7 +8,9 @@ use serde::{Deserialize, Serialize};
 use tropism::math;
 use tropism::rig::RigError;
 
+use crate::broker::Broker;
 use crate::pixels::{Pixel, PixelLamp, Wire};
+use crate::settings::{LampSettings, Outlet};
 use crate::strip::Strip;
 use crate::switch::Switch;
 
@@ -33,8 +35,21 @@ fn leds0() -> PathBuf {
 /// Its table is not followed exactly; 255 is full light in both.
 const GAMMA: f64 = 2.26;
 
-impl LedsLamp {
-    pub(crate) fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
+impl LampSettings for LedsLamp {
+    fn check(&self, _period_min: f64) -> Result<(), String> {
+        self.strip.check()
+    }
+
+    fn outlet(&self) -> Outlet {
+        let device = format!("leds {}", self.device.display());
+        Outlet::Pixels { device, segment: None, strip: self.strip }
+    }
+
+    fn dims(&self) -> bool {
+        true
+    }
+
+    fn open(&self, device: &str, _broker: Option<&Broker>) -> Result<Box<dyn Switch>, RigError> {
         let path = self.device.clone();
         let wire = || {
             // Fail at opening, not at the first command.
@@ -92,10 +107,10 @@ mod tests {
         let device = folder.path().join("leds0");
         let text = format!("device = {device:?}\nstrip = {{ pixels = 2, duty = 1.0, color = [255, 0, 0] }}");
         let settings: LedsLamp = toml::from_str(&text).unwrap();
-        let error = settings.open("lamp").err().unwrap().to_string();
+        let error = settings.open("lamp", None).err().unwrap().to_string();
         assert!(error.contains("leds0): cannot be opened"), "{error}");
         std::fs::write(&device, [7; 8]).unwrap();
-        let mut lamp = settings.open("lamp").unwrap();
+        let mut lamp = settings.open("lamp", None).unwrap();
         for _ in 0..2 {
             lamp.switch(true).unwrap();
             assert_eq!(std::fs::read(&device).unwrap(), [255, 0, 0, 0, 255, 0, 0, 0]);

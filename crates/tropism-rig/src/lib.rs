@@ -64,8 +64,8 @@
 //! # }
 //! ```
 //!
-//! To name the camera in rig files: a module above [`driver`] with its settings, a table with serde, and `impl Camera`;
-//! then its word in [`driver::CameraDriver`] and an arm in each `match` there, which the compiler asks for.
+//! To name the camera in rig files: a module above [`driver`] with its settings, a table with serde, `impl
+//! [CameraSettings](settings::CameraSettings)` and `impl Camera`; then its word in [`driver::CameraDriver`].
 //!
 //! Not tested on a physical camera, lamp or relay.
 
@@ -75,9 +75,12 @@ pub mod seconds;
 mod whole;
 mod picture;
 mod retry;
-pub mod http;
 pub mod switch;
 mod device;
+pub mod strip;
+pub mod broker;
+pub mod settings;
+pub mod http;
 pub mod mqtt;
 pub mod node;
 mod child;
@@ -85,7 +88,6 @@ pub mod alert;
 pub mod command;
 pub mod folder;
 pub mod gpio;
-pub mod strip;
 mod pixels;
 pub mod leds;
 pub mod replay;

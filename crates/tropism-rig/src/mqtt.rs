@@ -9,127 +9,22 @@
 //! Tasmota, "MQTT": <https://tasmota.github.io/docs/MQTT/>.
 //! Zigbee2MQTT, "MQTT topics and messages": <https://www.zigbee2mqtt.io/guide/usage/mqtt_topics_and_messages.html>.
 
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rumqttc::{Client, Connection, Event, MqttOptions, Packet, Publish, QoS, RecvTimeoutError};
+use rumqttc::{Client, Connection, Event, Packet, Publish, QoS, RecvTimeoutError};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tropism::lighting::FULL;
 use tropism::rig::RigError;
 
-use crate::http::{in_plain_words, read_secret};
+use crate::broker::Broker;
+use crate::failed;
+use crate::http::in_plain_words;
 use crate::seconds::{Seconds, one, ten};
+use crate::settings::{FlashSettings, LampSettings, Outlet};
 use crate::switch::{Switch, cannot_dim};
-use crate::{device, failed};
-
-/// The MQTT broker of a tent.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct Broker {
-    /// Host name or address.
-    pub host: String,
-    /// Its port.
-    #[serde(default = "port", deserialize_with = "crate::whole::port")]
-    pub port: u16,
-    /// User name, if the broker asks for one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub username: Option<String>,
-    /// A file whose first line is the password, so that it stays out of run folders.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub password_file: Option<PathBuf>,
-    /// The certificate of the authority that signed the broker's, in PEM. With it the connection is encrypted; such brokers
-    /// listen on port 8883. For a broker on the Internet it is the system's own list, such as
-    /// `/etc/ssl/certs/ca-certificates.crt`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ca_file: Option<PathBuf>,
-    /// What its files hold, once they were read.
-    #[serde(skip)]
-    secrets: Option<Secrets>,
-}
-
-/// What the files of a broker hold.
-#[derive(Clone, PartialEq)]
-struct Secrets {
-    password: Option<String>,
-    ca: Option<Vec<u8>>,
-}
-
-impl std::fmt::Debug for Secrets {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Secrets")
-    }
-}
-
-impl Broker {
-    /// A broker without user and encryption.
-    #[must_use]
-    pub fn new(host: &str, port: u16) -> Self {
-        let host = host.to_owned();
-        Self { host, port, username: None, password_file: None, ca_file: None, secrets: None }
-    }
-
-    /// Checks the settings.
-    ///
-    /// # Errors
-    /// What was found, and what is wanted; without the feature `tls`, `ca_file` is refused.
-    pub fn check(&self) -> Result<(), String> {
-        if !cfg!(feature = "tls") && self.ca_file.is_some() {
-            return Err("mqtt: ca_file needs the feature `tls`".to_owned());
-        }
-        Ok(())
-    }
-
-    /// The broker with what its files hold, so that the disk is not needed later.
-    ///
-    /// # Errors
-    /// [`RigError::Device`] if one cannot be read.
-    pub fn opened(&self) -> Result<Self, RigError> {
-        let mut opened = self.clone();
-        if opened.secrets.is_none() {
-            let ca = self.ca_file.as_deref().map(read_file).transpose()?;
-            let password = self.password_file.as_deref().map(read_secret).transpose()?;
-            opened.secrets = Some(Secrets { password, ca });
-        }
-        Ok(opened)
-    }
-
-    /// A connection under the name `client`, for at most `waiting` requests at once; `set` sets more of its options. A broker
-    /// that was not [opened](Self::opened) gets no password, and is not trusted with encryption.
-    pub(crate) fn connect(
-        &self,
-        client: String,
-        waiting: usize,
-        set: impl FnOnce(&mut MqttOptions),
-    ) -> (Client, Connection) {
-        let mut options = MqttOptions::new(client, (self.host.clone(), self.port));
-        options.set_clean_session(true);
-        let secrets = self.secrets.as_ref();
-        if let Some(username) = &self.username {
-            let password = secrets.and_then(|secrets| secrets.password.clone());
-            options.set_credentials(username, password.unwrap_or_default());
-        }
-        #[cfg(feature = "tls")]
-        if self.ca_file.is_some() {
-            let ca = secrets.and_then(|secrets| secrets.ca.clone()).unwrap_or_default();
-            options.set_transport(rumqttc::Transport::tls(ca, None, None));
-        }
-        set(&mut options);
-        Client::builder(options).capacity(waiting).build()
-    }
-}
-
-fn read_file(path: &std::path::Path) -> Result<Vec<u8>, RigError> {
-    std::fs::read(path)
-        .map_err(|error| failed(path.display().to_string(), format!("cannot be read: {error}")))
-}
-
-const fn port() -> u16 {
-    1883
-}
 
 /// Topics and payloads of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -228,8 +123,52 @@ struct Topics {
     availability: Option<String>,
 }
 
+impl LampSettings for MqttLamp {
+    fn check(&self, _period_min: f64) -> Result<(), String> {
+        self.plug.check()
+    }
+
+    fn outlet(&self) -> Outlet {
+        self.plug.outlet()
+    }
+
+    fn dims(&self) -> bool {
+        self.plug.dims
+    }
+
+    fn open(&self, device: &str, broker: Option<&Broker>) -> Result<Box<dyn Switch>, RigError> {
+        Ok(Box::new(self.plug.open(device, broker)?))
+    }
+
+    fn timeout_s(&self) -> f64 {
+        self.plug.timeout_s.into()
+    }
+}
+
+impl FlashSettings for MqttFlash {
+    fn check(&self) -> Result<(), String> {
+        self.plug.check()
+    }
+
+    fn outlet(&self) -> Outlet {
+        self.plug.outlet()
+    }
+
+    fn open(&self, broker: Option<&Broker>) -> Result<Box<dyn Switch>, RigError> {
+        Ok(Box::new(self.plug.open("flash", broker)?.lit_within(self.max_on_s.duration())))
+    }
+
+    fn timeout_s(&self) -> f64 {
+        self.plug.timeout_s.into()
+    }
+
+    fn times(&self) -> [Seconds; 2] {
+        [self.settle_s, self.max_on_s]
+    }
+}
+
 impl Plug {
-    pub(crate) fn check(&self) -> Result<(), String> {
+    fn check(&self) -> Result<(), String> {
         let topics = self.topics()?;
         for topic in [&topics.set, &topics.state] {
             if topic.is_empty() || topic.contains(['+', '#', '\0']) || topic.len() > 1000 {
@@ -277,16 +216,9 @@ impl Plug {
         Ok((set, availability))
     }
 
-    /// Whether both listen to the same topic, whatever else differs.
-    pub(crate) fn is_same(&self, other: &Self) -> bool {
-        matches!((self.topics(), other.topics()), (Ok(one), Ok(other)) if one.set == other.set)
-    }
-
-    /// Broker and topic, for the lock of the device.
-    pub(crate) fn identity(&self, broker: Option<&Broker>) -> String {
-        let topic = self.topics().map_or_else(|_| String::new(), |topics| topics.set);
-        let (host, port) = broker.map_or(("", 0), |broker| (&broker.host, broker.port));
-        format!("mqtt {}:{port} {topic}", device::host(host))
+    /// Its command topic, whatever else it has.
+    fn outlet(&self) -> Outlet {
+        Outlet::Topic(self.topics().map_or_else(|_| String::new(), |topics| topics.set))
     }
 
     /// The command for a level, 0 to 255.
@@ -507,6 +439,7 @@ mod tests {
     use super::*;
     use crate::switch::Interlock;
     use crate::testing::{Mosquitto, hear, wait_until};
+    use std::path::{Path, PathBuf};
 
     #[test]
     fn what_devices_say_is_understood() {
@@ -780,7 +713,7 @@ mod tests {
 
     /// A broker with a certificate for 127.0.0.1, and the file of the authority that signed it. `None` where a program is missing.
     #[cfg(feature = "tls")]
-    fn encrypted(folder: &std::path::Path) -> Option<(Mosquitto, PathBuf)> {
+    fn encrypted(folder: &Path) -> Option<(Mosquitto, PathBuf)> {
         let script = "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -keyout ca.key -out ca.pem \
                           -subj /CN=tent -days 2
                       openssl req -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -keyout own.key -out own.csr -subj /CN=broker
@@ -805,7 +738,8 @@ mod tests {
         let Some((broker, ca_file)) = encrypted(folder.path()) else { return };
         let Some((_, foreign)) = encrypted(other.path()) else { return };
         let with = |ca_file: Option<PathBuf>| {
-            let broker = Broker { ca_file, ..Broker::new("127.0.0.1", broker.port) };
+            let mut broker = Broker::new("127.0.0.1", broker.port);
+            broker.ca_file = ca_file;
             crate::probe::broker(&broker, &[]).map_err(|error| error.to_string())
         };
         with(Some(ca_file)).unwrap();

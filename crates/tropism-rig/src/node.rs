@@ -30,8 +30,8 @@ use tropism::math::statistics::mean;
 use tropism::nodes::{FRESH_STEPS, Neighbour, NodeController, NodeMessage, NodeView};
 use tropism::rig::RigError;
 
+use crate::broker::Broker;
 use crate::failed;
-use crate::mqtt::Broker;
 
 /// Longest message that is read, in bytes. Chosen: a state has some 500.
 const MAX_BYTES: usize = 16 << 10;

@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 use rumqttc::{Event, Packet, QoS, RecvTimeoutError};
 use tropism::rig::RigError;
 
+use crate::broker::Broker;
 use crate::failed;
 use crate::http::in_plain_words;
-use crate::mqtt::{Broker, Plug, is_online};
+use crate::mqtt::{Plug, is_online};
 
 /// Result of a broker check.
 #[derive(Clone, Debug, PartialEq, Eq)]

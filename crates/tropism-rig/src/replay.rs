@@ -9,6 +9,7 @@ use tropism::photo::{Photo, natural_order};
 use tropism::rig::{Camera, RigError};
 
 use crate::failed;
+use crate::settings::CameraSettings;
 
 /// A folder of photographs, read in the order of their names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,8 +20,8 @@ pub struct ReplayCamera {
     pub folder: PathBuf,
 }
 
-impl ReplayCamera {
-    pub(crate) fn open(&self) -> Result<OpenReplayCamera, RigError> {
+impl CameraSettings for ReplayCamera {
+    fn open(&self) -> Result<Box<dyn Camera>, RigError> {
         let of_a_run = self.folder.join("photographs");
         let folder = if of_a_run.is_dir() { of_a_run } else { self.folder.clone() };
         let photographs = photographs(&folder).map_err(|error| cannot_read(&folder, &error))?;
@@ -29,7 +30,11 @@ impl ReplayCamera {
                 format!("{}: there are no photographs (.jpg, .jpeg, .png, .tif, .tiff)", folder.display());
             return Err(failed("camera (replay)", problem));
         }
-        Ok(OpenReplayCamera { photographs, next: 0 })
+        Ok(Box::new(OpenReplayCamera { photographs, next: 0 }))
+    }
+
+    fn timeout_s(&self) -> f64 {
+        0.0
     }
 }
 

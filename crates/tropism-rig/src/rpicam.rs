@@ -17,6 +17,7 @@ use tropism::rig::{Camera, RigError};
 
 use crate::child::run;
 use crate::seconds::{Seconds, twenty};
+use crate::settings::CameraSettings;
 use crate::{failed, picture, retry, whole};
 
 /// A camera on the ribbon of a Raspberry Pi.
@@ -83,8 +84,8 @@ const MAX_CAMERA: u8 = 15;
 /// The longest exposure, in µs: that of the sensor IMX477, 670 s, rounded up.
 const MAX_SHUTTER_US: u32 = 700_000_000;
 
-impl RpicamCamera {
-    pub(crate) fn check(&self) -> Result<(), String> {
+impl CameraSettings for RpicamCamera {
+    fn check(&self) -> Result<(), String> {
         let Self { width, height, shutter_us, gain, awb_gains, quality, .. } = self;
         if !(16..=16_384).contains(width) || !(16..=16_384).contains(height) {
             return Err(format!("found {width} x {height} pixels, wanted 16 to 16384 each"));
@@ -112,14 +113,24 @@ impl RpicamCamera {
         Ok(())
     }
 
-    pub(crate) fn open(&self) -> Result<OpenRpicamCamera, RigError> {
+    fn open(&self) -> Result<Box<dyn Camera>, RigError> {
         let program = match &self.program {
             Some(program) => program.clone(),
             None => find_program()?,
         };
-        Ok(OpenRpicamCamera { settings: self.clone(), program })
+        Ok(Box::new(OpenRpicamCamera { settings: self.clone(), program }))
     }
 
+    fn timeout_s(&self) -> f64 {
+        self.timeout_s.into()
+    }
+
+    fn retries(&mut self) -> Option<&mut u32> {
+        Some(&mut self.retries)
+    }
+}
+
+impl RpicamCamera {
     /// The command line. `--immediate` skips the preview, which is valid only because exposure, gain and white balance are
     /// fixed.
     fn words(&self, program: &str, photo: &Path, metadata: &Path) -> Vec<String> {
@@ -326,7 +337,7 @@ mod tests {
 
     /// A program in the place of rpicam-still that does what `script` says; `$photo` and `$metadata` are its files, and
     /// `$now` the time of a frame. The picture it can write is `$picture`.
-    fn double(folder: &Path, script: &str) -> OpenRpicamCamera {
+    fn double(folder: &Path, script: &str, timeout_s: f64) -> Box<dyn Camera> {
         fs::write(folder.join("picture.jpg"), jpeg(3)).unwrap();
         let program = folder.join("rpicam-still");
         let text = format!(
@@ -336,7 +347,8 @@ mod tests {
         );
         fs::write(&program, text).unwrap();
         fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
-        let more = format!("program = {program:?}\nscratch = {folder:?}\nretries = 0\ntimeout_s = 5.0");
+        let more =
+            format!("program = {program:?}\nscratch = {folder:?}\nretries = 0\ntimeout_s = {timeout_s:?}");
         settings(&more).open().unwrap()
     }
 
@@ -346,8 +358,7 @@ mod tests {
     /// What the camera says after `script`, and whether it left anything behind.
     fn photograph(script: &str, timeout_s: f64) -> Result<Vec<u8>, String> {
         let folder = tempfile::tempdir().unwrap();
-        let mut camera = double(folder.path(), script);
-        camera.settings.timeout_s = Seconds::new(timeout_s);
+        let mut camera = double(folder.path(), script, timeout_s);
         let photo = camera.photograph().map(|photo| photo.bytes).map_err(|error| error.to_string());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "the program and its picture");
         photo

@@ -4,8 +4,12 @@
 //! `http://***@camera/shot?token=***`.
 
 use std::borrow::Cow;
+use std::path::Path;
 
+use tropism::rig::RigError;
 use tropism::text::plain;
+
+use crate::failed;
 
 /// What stands for a secret.
 const HIDDEN: &str = "***";
@@ -13,6 +17,13 @@ const HIDDEN: &str = "***";
 /// Where an address ends in a text: at a blank, or at what an address cannot hold. An apostrophe may be part of a password.
 const fn ends_url(letter: char) -> bool {
     letter.is_whitespace() || matches!(letter, '"' | '`' | '<' | '>')
+}
+
+/// The first line of a file that holds a secret.
+pub(crate) fn read_secret(path: &Path) -> Result<String, RigError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| failed(path.display().to_string(), format!("cannot be read: {error}")))?;
+    Ok(text.lines().next().unwrap_or_default().trim().to_owned())
 }
 
 /// The parts of an address.

@@ -48,7 +48,7 @@ pub fn light_sources(rig: &RigFile, is_all: bool) -> Vec<LightSource<'_>> {
     if let Some(flash) = &rig.flash {
         sources.push(LightSource {
             device: "flash".to_owned(),
-            identities: vec![flash.identity(broker)],
+            identities: vec![flash.settings().outlet().identity(broker)],
             // Opening a flash switches it off.
             off: Box::new(move || flash.open(broker).map(drop)),
         });
@@ -66,7 +66,7 @@ pub fn light_sources(rig: &RigFile, is_all: bool) -> Vec<LightSource<'_>> {
         let device = device_name(name);
         let off = {
             let device = device.clone();
-            Box::new(move || driver.open(&device, broker)?.switch(false))
+            Box::new(move || driver.settings().open(&device, broker)?.switch(false))
         };
         LightSource { device, identities: vec![identity], off }
     }));

@@ -12,6 +12,7 @@ use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, RigError};
 
 use crate::seconds::{Seconds, twenty};
+use crate::settings::CameraSettings;
 use crate::{failed, retry, whole};
 
 /// Pixel format of a video device.
@@ -60,8 +61,8 @@ const fn eight() -> u32 {
     8
 }
 
-impl V4l2Camera {
-    pub(crate) fn check(&self) -> Result<(), String> {
+impl CameraSettings for V4l2Camera {
+    fn check(&self) -> Result<(), String> {
         let Self { width, height, format, .. } = self;
         if !(16..=16_384).contains(width) || !(16..=16_384).contains(height) {
             return Err(format!("found {width} x {height} pixels, wanted 16 to 16384 each"));
@@ -72,6 +73,24 @@ impl V4l2Camera {
         Ok(())
     }
 
+    fn open(&self) -> Result<Box<dyn Camera>, RigError> {
+        Ok(Box::new(self.clone()))
+    }
+
+    fn timeout_s(&self) -> f64 {
+        self.timeout_s.into()
+    }
+
+    fn retries(&mut self) -> Option<&mut u32> {
+        Some(&mut self.retries)
+    }
+
+    fn discards_frames(&self) -> bool {
+        true
+    }
+}
+
+impl V4l2Camera {
     fn error(&self, problem: String) -> RigError {
         failed(format!("camera ({})", self.device.display()), problem)
     }

@@ -15,11 +15,13 @@ use serde_json::json;
 use tropism::lighting::FULL;
 use tropism::rig::RigError;
 
-use crate::failed;
+use crate::broker::Broker;
 use crate::http::{Request, check_url};
 use crate::seconds::{Seconds, ten};
+use crate::settings::{LampSettings, Outlet};
 use crate::strip::Strip;
 use crate::switch::Switch;
+use crate::{device, failed};
 
 /// A segment of a controller.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,8 +57,8 @@ const TIMER_PAUSE: Duration = Duration::from_millis(250);
 /// Pause before the state is read once more: chosen longer than the 100 ms loop of the controller.
 const REVERT_PAUSE: Duration = Duration::from_millis(250);
 
-impl WledLamp {
-    pub(crate) fn check(&self, period_min: f64) -> Result<(), String> {
+impl LampSettings for WledLamp {
+    fn check(&self, period_min: f64) -> Result<(), String> {
         check_url(&self.url)?;
         if self.segment > 31 {
             return Err(format!("found segment = {}, wanted 0 to 31", self.segment));
@@ -70,10 +72,25 @@ impl WledLamp {
         self.strip.check()
     }
 
-    pub(crate) fn open(&self, device: &str) -> OpenWledLamp {
-        OpenWledLamp { settings: self.clone(), device: device.to_owned() }
+    fn outlet(&self) -> Outlet {
+        let device = format!("wled {}", device::address(&self.url));
+        Outlet::Pixels { device, segment: Some(self.segment), strip: self.strip }
     }
 
+    fn dims(&self) -> bool {
+        true
+    }
+
+    fn open(&self, device: &str, _broker: Option<&Broker>) -> Result<Box<dyn Switch>, RigError> {
+        Ok(Box::new(OpenWledLamp { settings: self.clone(), device: device.to_owned() }))
+    }
+
+    fn timeout_s(&self) -> f64 {
+        self.timeout_s.into()
+    }
+}
+
+impl WledLamp {
     /// The complete segment, so that no former setting remains.
     fn segment(&self, level: u8) -> serde_json::Value {
         json!({
@@ -475,14 +492,18 @@ mod tests {
         (url, controller)
     }
 
-    fn lamp(url: &str, segment: u8, more: &str) -> OpenWledLamp {
+    fn lamp(url: &str, segment: u8, more: &str) -> Box<dyn Switch> {
+        lamp_of(144, url, segment, more)
+    }
+
+    fn lamp_of(pixels: u16, url: &str, segment: u8, more: &str) -> Box<dyn Switch> {
         let first = 144 * u16::from(segment);
         let text = format!(
-            "url = {url:?}\nsegment = {segment}\nstrip = {{ first = {first}, pixels = 144 }}\n{more}"
+            "url = {url:?}\nsegment = {segment}\nstrip = {{ first = {first}, pixels = {pixels}, max_amps = 9.0 }}\n{more}"
         );
         let settings: WledLamp = toml::from_str(&text).unwrap();
         settings.check(5.0).unwrap();
-        settings.open("lamp")
+        settings.open("lamp", None).unwrap()
     }
 
     /// Which of the two lamps is lit, all of its pixels alike.
@@ -586,8 +607,7 @@ mod tests {
         controller.lock().unwrap().is_deaf = false;
         controller.lock().unwrap().live = true;
         assert!(left.switch(true).unwrap_err().to_string().contains("another program streams"));
-        let mut long = lamp(&url, 1, "");
-        long.settings.strip.pixels = 200;
+        let mut long = lamp_of(200, &url, 1, "");
         assert!(long.switch(true).unwrap_err().to_string().contains("found 288 pixels, wanted at least 344"));
     }
 

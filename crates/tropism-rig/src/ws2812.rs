@@ -8,10 +8,12 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use tropism::rig::RigError;
 
+use crate::broker::Broker;
 #[cfg(any(test, target_os = "linux"))]
 use crate::pixels::Pixel;
 #[cfg(target_os = "linux")]
 use crate::pixels::{PixelLamp, Wire};
+use crate::settings::{LampSettings, Outlet};
 use crate::strip::Strip;
 use crate::switch::Switch;
 
@@ -58,9 +60,9 @@ fn encode(frame: &[Pixel]) -> Vec<u8> {
     bytes
 }
 
-impl Ws2812Lamp {
-    /// Sends the frame in one transfer: the strip would latch in the pause between two.
-    pub(crate) fn check(&self) -> Result<(), String> {
+impl LampSettings for Ws2812Lamp {
+    /// The frame is sent in one transfer: the strip would latch in the pause between two.
+    fn check(&self, _period_min: f64) -> Result<(), String> {
         self.strip.check()?;
         let (bytes, most) = (2 * QUIET + 12 * usize::from(self.strip.stop()), bufsiz());
         if bytes > most {
@@ -73,8 +75,17 @@ impl Ws2812Lamp {
         Ok(())
     }
 
+    fn outlet(&self) -> Outlet {
+        let device = format!("spi {}", self.device.display());
+        Outlet::Pixels { device, segment: None, strip: self.strip }
+    }
+
+    fn dims(&self) -> bool {
+        true
+    }
+
     #[cfg(target_os = "linux")]
-    pub(crate) fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
+    fn open(&self, device: &str, _broker: Option<&Broker>) -> Result<Box<dyn Switch>, RigError> {
         use spidev::{SpiModeFlags, Spidev, SpidevOptions};
 
         let wire = || {
@@ -89,7 +100,7 @@ impl Ws2812Lamp {
 
     /// SPI exists on Linux only.
     #[cfg(not(target_os = "linux"))]
-    pub(crate) fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
+    fn open(&self, device: &str, _broker: Option<&Broker>) -> Result<Box<dyn Switch>, RigError> {
         Err(crate::failed(device, "SPI needs Linux"))
     }
 }
@@ -138,14 +149,14 @@ mod tests {
             toml::from_str::<Ws2812Lamp>(&text).unwrap()
         };
         let most = (bufsiz() - 2 * QUIET) / 12;
-        assert_eq!(lamp(most).check(), Ok(()));
-        assert!(lamp(most + 1).check().unwrap_err().contains("spidev.bufsiz"));
+        assert_eq!(lamp(most).check(5.0), Ok(()));
+        assert!(lamp(most + 1).check(5.0).unwrap_err().contains("spidev.bufsiz"));
     }
 
     #[test]
     fn a_bus_that_is_not_there_is_named() {
         let lamp: Ws2812Lamp =
             toml::from_str("device = \"/no/such/spidev\"\nstrip = { pixels = 2 }").unwrap();
-        assert!(lamp.open("left lamp").err().unwrap().to_string().contains("/no/such/spidev"));
+        assert!(lamp.open("left lamp", None).err().unwrap().to_string().contains("/no/such/spidev"));
     }
 }

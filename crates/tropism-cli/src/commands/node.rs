@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use tropism::nodes::StateMachine;
 use tropism_lab::wall::WallFile;
-use tropism_rig::mqtt::Broker;
+use tropism_rig::broker::Broker;
 
 use crate::shell::Shell;
 

@@ -129,8 +129,12 @@ impl<'m> Devices<'m> {
         };
         let lamps = rig.lamps.as_ref()?.open(broker).map_err(|error| fail(Group::Lamps, error.to_string()));
         let driver = rig.camera.as_ref()?;
-        let camera = driver.without_retries().open().map_err(|error| fail(Group::Camera, error.to_string()));
-        let discard_key = driver.discards_frames().then_some("camera.discard_frames");
+        let camera = driver
+            .without_retries()
+            .settings()
+            .open()
+            .map_err(|error| fail(Group::Camera, error.to_string()));
+        let discard_key = driver.settings().discards_frames().then_some("camera.discard_frames");
         Some(Self {
             monitor,
             camera: camera.ok(),

@@ -11,6 +11,7 @@ use tropism_rig::file::{LampsTable, RigFile};
 use tropism_rig::mqtt::{Dialect, Plug};
 use tropism_rig::probe;
 use tropism_rig::secret::shows_secret;
+use tropism_rig::settings::FlashSettings;
 use tropism_rig::strip::Strip;
 
 use super::{Findings, Group};
@@ -150,16 +151,9 @@ fn is_open_to_all(_path: &Path) -> bool {
 /// photograph.
 fn examine_times(rig: &RigFile, findings: &mut Findings) {
     let (try_s, tries) = rig.camera.as_ref().map_or((0.0, 1), CameraDriver::longest_s);
-    let (settle_s, max_on_s, order_s) = match &rig.flash {
-        None => (0.0, f64::INFINITY, 0.0),
-        Some(FlashDriver::Command(flash)) => {
-            (flash.settle_s.into(), flash.max_on_s.into(), flash.timeout_s.into())
-        }
-        Some(FlashDriver::Gpio(flash)) => (flash.settle_s.into(), flash.max_on_s.into(), 0.0),
-        Some(FlashDriver::Mqtt(flash)) => {
-            (flash.settle_s.into(), flash.max_on_s.into(), flash.plug.timeout_s.into())
-        }
-    };
+    let flash = rig.flash.as_ref().map(FlashDriver::settings);
+    let [settle_s, max_on_s] = flash.map_or([0.0, f64::INFINITY], |flash| flash.times().map(f64::from));
+    let order_s = flash.map_or(0.0, FlashSettings::timeout_s);
     let lamps_s = rig.lamps.as_ref().map_or(0.0, LampsTable::longest_s);
     let worst_s = f64::from(tries) * try_s + 2.0 * order_s + settle_s + lamps_s;
     let period_s = 60.0 * rig.period_min;

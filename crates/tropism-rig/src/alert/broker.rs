@@ -15,7 +15,7 @@ use tropism::rig::RigError;
 use super::channel::{Channel, Command};
 use super::discovery::{STOP, announcement};
 use super::{AlertEvent, Kind, MqttAlert, Origin, Seen};
-use crate::mqtt::Broker;
+use crate::broker::Broker;
 
 /// How long the thread listens to the broker before it reads commands: chosen by hand.
 const LISTEN: Duration = Duration::from_millis(100);

@@ -24,13 +24,14 @@ use tropism::rig::EventKind;
 use tropism::rig::RigError;
 use tropism::text::plain;
 
+use crate::broker::Broker;
 use crate::child::run;
 use crate::clock::{SystemTimes, Time};
 use crate::failed;
-use crate::http::{check_url, check_url_shown, in_plain_words, read_secret};
-use crate::mqtt::Broker;
+use crate::http::{check_url, check_url_shown, in_plain_words};
+
 use crate::seconds::{Seconds, ten, twenty};
-use crate::secret::{host_alone, hosts_alone, redacted_text};
+use crate::secret::{host_alone, hosts_alone, read_secret, redacted_text};
 use channel::{Channel, Pace};
 pub use origin::OF_STUDIO;
 pub(crate) use origin::{Origin, check_page};

@@ -14,10 +14,10 @@ use tropism::lamps::{self, Colour, Layout};
 use tropism::lighting::Allowed;
 use tropism::rig::{Lamps, OnExit, RigError};
 
+use crate::broker::Broker;
 use crate::command::CommandLamps;
 use crate::device;
 use crate::driver::LampDriver;
-use crate::mqtt::Broker;
 use crate::seconds::{Seconds, twenty};
 use crate::switch::Interlock;
 
@@ -335,7 +335,10 @@ impl LampsTable {
         }
         let drivers: Vec<_> = self.drivers().collect();
         for (number, (name, driver)) in drivers.iter().enumerate() {
-            if let Some((other, _)) = drivers[..number].iter().find(|(_, other)| driver.overlaps(other)) {
+            if let Some((other, _)) = drivers[..number]
+                .iter()
+                .find(|(_, other)| driver.settings().outlet().overlaps(&other.settings().outlet()))
+            {
                 faults.push(format!("lamps: {other} and {name} are on the same pixels, line or plug"));
             }
         }
@@ -348,7 +351,7 @@ impl LampsTable {
             );
         }
         let fault = |(name, driver): &(&str, &LampDriver)| {
-            driver.check(period_min).err().map(|problem| format!("lamps.{name}: {problem}"))
+            driver.settings().check(period_min).err().map(|problem| format!("lamps.{name}: {problem}"))
         };
         faults.extend(drivers.iter().filter_map(fault));
         faults
@@ -357,7 +360,9 @@ impl LampsTable {
     /// Each lamp that a run drives, as errors name it, and what it is.
     pub(crate) fn identities(&self, broker: Option<&Broker>) -> Vec<(String, String)> {
         let programs = self.commands().map(|(name, words)| (device_name(name), device::command(words)));
-        let drivers = self.drivers().map(|(name, driver)| (device_name(name), driver.identity(broker)));
+        let drivers = self
+            .drivers()
+            .map(|(name, driver)| (device_name(name), driver.settings().outlet().identity(broker)));
         programs.chain(drivers).collect()
     }
 
@@ -369,7 +374,8 @@ impl LampsTable {
         if let Some(programs) = self.programs() {
             return Ok(Box::new(programs));
         }
-        let switches = self.drivers().map(|(name, driver)| driver.open(&device_name(name), broker));
+        let switches =
+            self.drivers().map(|(name, driver)| driver.settings().open(&device_name(name), broker));
         let pause = self.pause_s.unwrap_or(PAUSE).duration();
         let interlock = Interlock::new(switches.collect::<Result<Vec<_>, _>>()?, pause);
         Ok(Box::new(interlock.allowing(self.allowed)))
@@ -379,7 +385,7 @@ impl LampsTable {
     #[must_use]
     pub fn longest_s(&self) -> f64 {
         match self.drivers().next() {
-            Some(_) => self.drivers().map(|(_, driver)| driver.longest_s()).sum(),
+            Some(_) => self.drivers().map(|(_, driver)| driver.settings().timeout_s()).sum(),
             None => self.timeout_s.unwrap_or(twenty()).into(),
         }
     }

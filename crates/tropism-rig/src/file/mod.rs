@@ -20,10 +20,10 @@ use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_bean::tent::{Greenhouse, TentHandle};
 
 use crate::alert::{Alerts, Origin, check_page};
+use crate::broker::Broker;
 use crate::clock::{TentClock, time_zone};
 use crate::device::{self, DeviceLock};
 use crate::driver::{AlertDriver, CameraDriver, FlashDriver};
-use crate::mqtt::Broker;
 
 pub(crate) use lamps::device_name;
 pub use lamps::{LampControl, LampsTable, MOST_UMOL, NamedLamp};
@@ -136,7 +136,7 @@ impl SideTable {
         }
         let Calibration { width, height, .. } = self.calibration;
         let checks = [
-            self.camera.check().map_err(|problem| format!("side.camera: {problem}")),
+            self.camera.settings().check().map_err(|problem| format!("side.camera: {problem}")),
             self.calibration.check().map_err(|problem| format!("side: {problem}")),
             self.vision.check(width, height).map_err(|problem| format!("side: {problem}")),
             clicks::check(&self.clicks, (width, height)).map_err(|problem| format!("side: {problem}")),
@@ -151,7 +151,7 @@ impl SideTable {
         let tracker = TipTracker::new(self.calibration, self.vision.clone())
             .and_then(|tracker| tracker.with_clicks(&self.clicks));
         let tracker = tracker.map_err(|problem| found(problem.to_string()))?.with_period(period_min);
-        let camera = self.camera.open().map_err(|problem| found(problem.to_string()))?;
+        let camera = self.camera.settings().open().map_err(|problem| found(problem.to_string()))?;
         let views = StereoPair {
             front: CameraPose::new(front, self.distance_cm[0]),
             side: CameraPose::new(&self.calibration, self.distance_cm[1]),
@@ -349,7 +349,7 @@ impl RigFile {
                 let dimmed = programme.dimmed();
                 let lamps = self.lamps.iter().flat_map(LampsTable::drivers).zip((0..).map_while(Light::new));
                 for ((name, driver), light) in lamps {
-                    if dimmed.level(light) > 0 && !driver.dims() {
+                    if dimmed.level(light) > 0 && !driver.settings().dims() {
                         add(Err(format!(
                             "programme: found a base light of {name} with levels, wanted a driver that dims, or full power \
                              without a ramp: this one only switches on and off"
@@ -389,15 +389,17 @@ impl RigFile {
             add(broker.check());
         }
         if let Some(camera) = &self.camera {
-            add(camera.check().map_err(|problem| format!("camera: {problem}")));
+            add(camera.settings().check().map_err(|problem| format!("camera: {problem}")));
         }
         if let Some(lamps) = &self.lamps {
             lamps.faults(self.period_min).into_iter().for_each(|fault| add(Err(fault)));
         }
         if let Some(flash) = &self.flash {
-            add(flash.check().map_err(|problem| format!("flash: {problem}")));
+            add(flash.settings().check().map_err(|problem| format!("flash: {problem}")));
             let mut drivers = self.lamps.iter().flat_map(LampsTable::drivers);
-            if let Some((name, _)) = drivers.find(|(_, lamp)| flash.overlaps(lamp)) {
+            if let Some((name, _)) =
+                drivers.find(|(_, lamp)| flash.settings().outlet().overlaps(&lamp.settings().outlet()))
+            {
                 add(Err(format!("flash: it is on the line, plug or programs of {name}")));
             }
         }
@@ -462,7 +464,7 @@ impl RigFile {
         };
         let (clock, on_exit) = (Box::new(self.clock(since_start)?) as Box<dyn Clock>, lamps.on_exit);
         let (camera, lamps) =
-            (camera.open().map_err(device)?, lamps.open(self.mqtt.as_ref()).map_err(device)?);
+            (camera.settings().open().map_err(device)?, lamps.open(self.mqtt.as_ref()).map_err(device)?);
         let lamps = Box::new(LockedLamps { lamps, _locks: locks }) as Box<dyn Lamps>;
         let side = self.side.as_ref().map(|side| side.open(&calibration, self.period_min)).transpose()?;
         let rig = Rig::new(camera, lamps, flash, clock, tracker, period)
@@ -482,7 +484,9 @@ impl RigFile {
     pub fn lock_devices(&self) -> Result<Vec<DeviceLock>, RigError> {
         let broker = self.mqtt.as_ref();
         let mut identities = self.lamps.iter().flat_map(|lamps| lamps.identities(broker)).collect::<Vec<_>>();
-        identities.extend(self.flash.iter().map(|flash| ("flash".to_owned(), flash.identity(broker))));
+        identities.extend(
+            self.flash.iter().map(|flash| ("flash".to_owned(), flash.settings().outlet().identity(broker))),
+        );
         device::lock_all(identities)
     }
 }
