@@ -606,8 +606,8 @@ impl Workflow for EvolveNodesPlan {
             model: &model,
             config: &self.config,
         };
-        monitor.stage("evolution", self.config.generations.into());
-        let watch = |_: u32, best: f64| {
+        monitor.stage("generations", u64::from(self.config.runs) * u64::from(self.config.generations));
+        let watch = |best: f64| {
             monitor.advance(1);
             monitor.status(&format!("best {best:.2}"));
             if monitor.may_go_on() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }

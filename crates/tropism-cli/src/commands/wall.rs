@@ -21,7 +21,7 @@ use crate::shell::Shell;
 #[command(
     after_help = "Examples:\n  tropism wall tasks/wall.toml --rules machine,dormant,path-lit --out wall\n  \
                   tropism wall tasks/wall.toml --faults lost=0.9,restarts-per-day=1\n  \
-                  tropism wall tasks/wall.toml --evolve nodes.json --generations 40 --seed 1\n\n\
+                  tropism wall tasks/wall.toml --evolve nodes.json --runs 4 --seed 1\n\n\
                   Rules: machine (the hand-written state machine), dormant, all-lit, path-lit, or a file of --evolve\n\
                   Faults: lost (share of messages), late-h, restarts-per-day, forgets=true, and numbers of nodes of\n\
                   the path: blind, silent, dead-lamps, killed"
@@ -66,8 +66,12 @@ pub(crate) struct Wall {
     #[arg(long, requires = "evolve", value_name = "model.json")]
     model: Option<PathBuf>,
 
-    /// Generations of --evolve
-    #[arg(long, default_value_t = 40, requires = "evolve", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    /// Evolutions of --evolve, of which the best network is kept
+    #[arg(long, default_value_t = 4, requires = "evolve", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    runs: u32,
+
+    /// Generations of each of them
+    #[arg(long, default_value_t = 50, requires = "evolve", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     generations: u32,
 
     /// Folder for figures and for what each node said
@@ -91,8 +95,8 @@ impl Wall {
         let (species, variation) =
             (self.bean.load()?.unwrap_or_default(), checked_variation(self.variation)?);
         if let Some(out) = self.evolve {
-            let config =
-                NodeEvolutionConfig { generations: self.generations, ..NodeEvolutionConfig::default() };
+            let (runs, generations) = (self.runs, self.generations);
+            let config = NodeEvolutionConfig { runs, generations, ..NodeEvolutionConfig::default() };
             let (seed, replace) = (self.seed.seed, self.force);
             let plan = EvolveNodesPlan {
                 file,
@@ -153,13 +157,14 @@ fn text_of_evolution(plan: &EvolveNodesPlan, NodesFile { nodes, .. }: &NodesFile
     let out = plan.out.display();
     format!(
         "fitness {:.2} on {} fresh plants of the model: {:.0} % of decisions right, {:.0} % of whole paths, {:.1} h of light\n\
-         generation {}, {} networks scored, {} links\nwrote {out}\nnext: tropism wall WALL.toml --rules machine,{}",
+         run {}, generation {}, {} networks scored, {} links\nwrote {out}\nnext: tropism wall WALL.toml --rules machine,{}",
         nodes.test.fitness,
         plan.config.test_plants,
         100.0 * nodes.test.right,
         100.0 * nodes.test.whole,
         nodes.test.lit_h,
-        nodes.generation,
+        nodes.run + 1,
+        nodes.generation + 1,
         nodes.evaluations,
         nodes.genome.links().len(),
         shell_word(&plan.out),

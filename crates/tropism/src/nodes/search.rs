@@ -3,10 +3,15 @@
 //! In: a wall, a model that knows its lamps at any levels, such as a [`SpaceModel`](crate::plant::stem::SpaceModel) of plants that
 //! grew before it, and a seed. Out: the network that did best on plants of the model which it never met. The
 //! idea: one genome is one network, which runs in every node of the wall. Its fitness is the mean over plants of the share of
-//! right decisions, plus 1 for a whole path, less a cost for light. Each generation has new plants.
+//! right decisions, plus 1 for a whole path, plus the aim of the light. Each generation has new plants.
 //!
-//! A node that says "done" gains nothing until the next one waits for it, so a population easily loses the hand-over again.
-//! That is why the best network of each generation is kept and tested on fresh plants at the end.
+//! A node that says "done" gains nothing until the next one waits for it, so many evolutions end where the whole path is lit, and
+//! many lose the hand-over again. The aim (reward shaping) pays for light on the node that the plant should reach next, and costs
+//! as much for light on any other: it is known to the fitness and to no node. Several populations evolve on their own, and the best
+//! network of each generation is kept and tested on fresh plants at the end.
+//!
+//! # References
+//! Ng, Harada and Russell 1999, "Policy invariance under reward transformations" (ICML): reward shaping.
 
 use std::ops::ControlFlow;
 
@@ -23,6 +28,7 @@ use super::running::WallNodes;
 use super::wall::NodeWall;
 use crate::check::{self, OutOfRange};
 use crate::geometry::space::SpacePoint;
+use crate::lamps::Light;
 use crate::math::statistics::mean;
 use crate::math::vector::{between, distance};
 use crate::parallel;
@@ -39,14 +45,16 @@ const MAX_STEPS: u32 = 800;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NodeEvolutionConfig {
-    /// Generations, 1 to 100000.
+    /// Evolutions, each with a population of its own, 1 to 1000.
+    pub runs: u32,
+    /// Generations of each, 1 to 100000.
     pub generations: u32,
     /// Plants on which each network of a generation is scored, 1 to 10000.
     pub plants: u32,
     /// Fresh plants on which the best of each generation are tested at the end, 1 to 100000.
     pub test_plants: u32,
-    /// Fitness that an hour of light of one lamp costs, 0 to 1.
-    pub light_cost: f64,
+    /// Fitness of light that always shines on the next node of the path and on no other, 0 to 10.
+    pub aim_weight: f64,
     /// Parameters of NEAT.
     pub neat: Config,
 }
@@ -63,7 +71,7 @@ impl Default for NodeEvolutionConfig {
             max_weight: 20.0,
             ..Config::wahby2016()
         };
-        Self { generations: 40, plants: 20, test_plants: 200, light_cost: 0.002, neat }
+        Self { runs: 4, generations: 50, plants: 20, test_plants: 200, aim_weight: 1.0, neat }
     }
 }
 
@@ -73,10 +81,11 @@ impl NodeEvolutionConfig {
     /// # Errors
     /// [`OutOfRange`] names the key.
     pub fn check(&self) -> Result<(), OutOfRange> {
+        check::within("runs", self.runs, 1..=1000)?;
         check::within("generations", self.generations, 1..=100_000)?;
         check::within("plants", self.plants, 1..=10_000)?;
         check::within("test_plants", self.test_plants, 1..=100_000)?;
-        check::within("light_cost", self.light_cost, 0.0..=1.0)
+        check::within("aim_weight", self.aim_weight, 0.0..=10.0)
     }
 }
 
@@ -89,6 +98,8 @@ pub struct NodeScore {
     pub right: f64,
     /// Share of plants that went the whole path.
     pub whole: f64,
+    /// Mean light on the next node of the path less that on all others, in lamps at full power; at most 1.
+    pub aim: f64,
     /// Hours of lamp light.
     pub lit_h: f64,
 }
@@ -102,7 +113,9 @@ pub struct EvolvedNodes {
     pub detector: DetectorSettings,
     /// What it did on fresh plants of the model.
     pub test: NodeScore,
-    /// Generation from which it is.
+    /// Run from which it is.
+    pub run: u32,
+    /// Generation of this run.
     pub generation: u32,
     /// Networks that were scored.
     pub evaluations: u64,
@@ -123,7 +136,7 @@ pub struct NodeEvolution<'a, M> {
 }
 
 impl<M: PlantModel> NodeEvolution<'_, M> {
-    /// Evolves from `seed`. `watch` hears the generation and its best fitness, and may break off; then there is no result.
+    /// Evolves from `seed`. `watch` hears of each generation its best fitness, and may break off; then there is no result.
     ///
     /// # Errors
     /// [`NeatError`] if NEAT's parameters are out of range.
@@ -133,34 +146,37 @@ impl<M: PlantModel> NodeEvolution<'_, M> {
     pub fn evolve(
         &self,
         seed: u64,
-        watch: &dyn Fn(u32, f64) -> ControlFlow<()>,
+        watch: &dyn Fn(f64) -> ControlFlow<()>,
     ) -> Result<Option<EvolvedNodes>, NeatError> {
-        let mut neat = Neat::new(self.config.neat.clone(), NODE_INPUTS, NODE_OUTPUTS, seed)?;
-        let mut candidates: Vec<(u32, Genome)> = Vec::new();
-        for generation in 0..self.config.generations {
-            // New plants in each generation, the same for all its networks.
-            let plants = random::derive(seed, Purpose::Run, generation.into());
-            let scores = neat.evaluate(|genome, _| self.score(genome, plants, self.config.plants).fitness);
-            let best = (0..scores.len()).max_by(|&one, &other| scores[one].total_cmp(&scores[other]));
-            let Some(best) = best else { return Ok(None) };
-            candidates.push((generation, neat.ask()[best].clone()));
-            neat.tell(&scores)?;
-            if watch(generation, scores[best]).is_break() {
-                return Ok(None);
+        let mut candidates: Vec<Candidate> = Vec::new();
+        let mut evaluations = 0;
+        for run in 0..self.config.runs {
+            let seed = random::derive(seed, Purpose::Run, run.into());
+            let mut neat = Neat::new(self.config.neat.clone(), NODE_INPUTS, NODE_OUTPUTS, seed)?;
+            for generation in 0..self.config.generations {
+                // New plants in each generation, the same for all its networks.
+                let plants = random::derive(seed, Purpose::Plant, generation.into());
+                let scores =
+                    neat.evaluate(|genome, _| self.score(genome, plants, self.config.plants).fitness);
+                let best = (0..scores.len()).max_by(|&one, &other| scores[one].total_cmp(&scores[other]));
+                let Some(best) = best else { return Ok(None) };
+                candidates.push(Candidate { run, generation, genome: neat.ask()[best].clone() });
+                neat.tell(&scores)?;
+                if watch(scores[best]).is_break() {
+                    return Ok(None);
+                }
             }
+            evaluations += neat.evaluations();
         }
         let fresh = random::derive(seed, Purpose::Trial, 0);
         let tests = parallel::map(candidates.len(), |number| {
-            self.score(&candidates[number].1, fresh, self.config.test_plants)
+            self.score(&candidates[number].genome, fresh, self.config.test_plants)
         });
-        let best =
-            (0..tests.len()).max_by(|&one, &other| tests[one].fitness.total_cmp(&tests[other].fitness));
-        Ok(best.map(|best| EvolvedNodes {
-            genome: candidates[best].1.clone(),
-            detector: self.detector,
-            test: tests[best],
-            generation: candidates[best].0,
-            evaluations: neat.evaluations(),
+        let tested = candidates.into_iter().zip(tests);
+        let best = tested.max_by(|(_, one), (_, other)| one.fitness.total_cmp(&other.fitness));
+        Ok(best.map(|(Candidate { run, generation, genome }, test)| {
+            let detector = self.detector;
+            EvolvedNodes { genome, detector, test, run, generation, evaluations }
         }))
     }
 
@@ -173,6 +189,7 @@ impl<M: PlantModel> NodeEvolution<'_, M> {
             fitness: of(|score| score.fitness),
             right: of(|score| score.right),
             whole: of(|score| score.whole),
+            aim: of(|score| score.aim),
             lit_h: of(|score| score.lit_h),
         }
     }
@@ -193,7 +210,7 @@ impl<M: PlantModel> NodeEvolution<'_, M> {
         let path = nodes.path().to_vec();
         let noise = NoiseStream::new(seed, Purpose::Growth, [plant, 0, 0]);
         let mut grown = self.model.seedling(Task::default().start, &mut noise.of_seedling());
-        let (mut right, mut taken, mut lit_h) = (0, 0, 0.0);
+        let (mut right, mut taken, mut steps, mut aim, mut lit) = (0, 0, 0.0, 0.0, 0.0);
         for step in 0..MAX_STEPS {
             let stem = self.model.observe(&grown).stem_in_space().expect("a model of stems in space");
             let [x, y, _] = stem[stem.len() - 1];
@@ -205,13 +222,26 @@ impl<M: PlantModel> NodeEvolution<'_, M> {
                 break;
             }
             let lighting = nodes.step(&patches(&stem));
-            lit_h += lighting.total() * period_h;
+            let next = Light::new(path[taken]).map_or(0.0, |light| lighting.powers()[light.index()]);
+            steps += 1.0;
+            lit += lighting.total();
+            aim += next - (lighting.total() - next);
             self.model.shine(&mut grown, lighting, &mut noise.at(step));
         }
         let right = f64::from(right) / path.len() as f64;
         let whole = if right >= 1.0 { 1.0 } else { 0.0 };
-        NodeScore { fitness: right + whole - self.config.light_cost * lit_h, right, whole, lit_h }
+        // A plant that starts above the path leaves no step.
+        let aim = aim / f64::max(steps, 1.0);
+        let fitness = right + whole + self.config.aim_weight * aim;
+        NodeScore { fitness, right, whole, aim, lit_h: lit * period_h }
     }
+}
+
+/// The best network of a generation.
+struct Candidate {
+    run: u32,
+    generation: u32,
+    genome: Genome,
 }
 
 /// A stem as sensors see it.

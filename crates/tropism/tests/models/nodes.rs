@@ -21,7 +21,8 @@ fn model() -> SpaceModel {
 fn evolution_is_that_of_its_seed() {
     let (wall, model) = (trial().wall, model());
     assert_eq!(*model.layout(), wall.layout().unwrap());
-    let mut config = NodeEvolutionConfig { generations: 3, plants: 2, test_plants: 4, ..Default::default() };
+    let mut config =
+        NodeEvolutionConfig { runs: 2, generations: 3, plants: 2, test_plants: 4, ..Default::default() };
     config.neat.population = 12;
     let evolution = NodeEvolution {
         wall: &wall,
@@ -30,9 +31,11 @@ fn evolution_is_that_of_its_seed() {
         model: &model,
         config: &config,
     };
-    let run = || evolution.evolve(3, &|_, _| ControlFlow::Continue(())).unwrap().unwrap();
+    let run = || evolution.evolve(3, &|_| ControlFlow::Continue(())).unwrap().unwrap();
     let found = run();
     assert_eq!(found, run());
-    assert!(found.evaluations >= 24 && found.test.fitness.is_finite());
-    assert!(evolution.evolve(3, &|_, _| ControlFlow::Break(())).unwrap().is_none());
+    assert!(found.evaluations >= 48 && found.run < 2 && found.generation < 3);
+    let most = 2.0 + config.aim_weight;
+    assert!(found.test.fitness <= most && (-4.0..=1.0).contains(&found.test.aim), "{:?}", found.test);
+    assert!(evolution.evolve(3, &|_| ControlFlow::Break(())).unwrap().is_none());
 }
