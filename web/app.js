@@ -8,11 +8,12 @@ import { seed, setSeed } from "../crates/tropism-studio/assets/trial.js";
 import { $, $$, championOf, html, icon, put, session, toast, toggleTheme } from "./studio.js";
 import "./champion.js";
 import { openMeasure } from "./measure.js";
+import { openNodes } from "./nodes.js";
 import { openPaper } from "./paper.js";
 import { openPhotographs } from "./photographs.js";
 import { light as lightTent, openTent } from "./tent.js";
 
-const MODES = ["play", "draw", "paper", "photographs", "measure", "tent"];
+const MODES = ["play", "draw", "paper", "photographs", "measure", "tent", "nodes"];
 championOf.set(text(), "paper");
 
 for (const element of $$("[data-ic]")) if (!element.querySelector(".ic")) element.insertAdjacentHTML("afterbegin", icon(element.dataset.ic).text);
@@ -69,7 +70,8 @@ function show(next, asked) {
   } else if (mode === "paper") openPaper();
   else if (mode === "photographs") openPhotographs();
   else if (mode === "measure") openMeasure();
-  else openTent();
+  else if (mode === "tent") openTent();
+  else openNodes();
 }
 
 function route() {

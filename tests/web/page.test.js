@@ -160,12 +160,24 @@ test("the tip in a virtual tent is found, and leads the lamp", async (t) => {
   await found.locator("#photo-curve svg").waitFor();
 });
 
+test("nodes lead a bean along the path that is drawn", async (t) => {
+  const found = await opened(t, "#/nodes", PHONE);
+  const says = () => found.textContent("#wall-says");
+  await until(async () => /h, left1 lit\./.test(await says()), "the first node of the path");
+  await found.tap("[data-node='1']");
+  await until(async () => /h, right1 lit\./.test(await says()), "the node that was touched");
+  assert.equal(await found.locator("#wall [aria-pressed=true]").count(), 3);
+  await until(async () => /the end. The tip passed 3 of 3 levels/.test(await says()), "the end of the path");
+  await found.tap("[data-rule=dormant]");
+  await until(async () => /h, all dark\./.test(await says()), "nodes that are never lit");
+});
+
 for (const theme of ["light", "dark"]) {
   test(`no findings of axe, ${theme}`, async (t) => {
     const found = await opened(t, "", { ...PHONE, colorScheme: theme, reducedMotion: "reduce" });
     await found.locator("#plane .bean").waitFor();
     await found.evaluate(AXE);
-    const there = { play: "#plane .bean", draw: "#targets .target-row", paper: ".paper-figure svg", photographs: "#photo-files", measure: "#measure-files", tent: "#tent-photo image" };
+    const there = { play: "#plane .bean", draw: "#targets .target-row", paper: ".paper-figure svg", photographs: "#photo-files", measure: "#measure-files", tent: "#tent-photo image", nodes: "#wall .stem" };
     for (const [mode, selector] of Object.entries(there)) {
       await found.evaluate((hash) => (location.hash = hash), `#/${mode}`);
       await found.locator(selector).first().waitFor();

@@ -15,6 +15,9 @@ use tropism::simulation::ModelKind;
 use tropism::task::Task;
 use tropism_page::{Drawing, Method, ShownGeneration};
 
+#[cfg(feature = "photographs")]
+use crate::wall::WallRule;
+
 use crate::SessionError;
 use crate::beans::OpenLoop;
 
@@ -202,6 +205,19 @@ pub enum Question {
     Step {
         /// The lamp that a person lights.
         light: Option<Light>,
+    },
+    /// The nodes of the wall and their places, in cm.
+    #[cfg(feature = "photographs")]
+    Nodes {},
+    /// A plant before the wall, to its end.
+    #[cfg(feature = "photographs")]
+    Wall {
+        /// Names of the nodes on the path, lowest first.
+        path: Vec<String>,
+        /// What runs in each node.
+        rule: WallRule,
+        /// Seed of the plant.
+        seed: u64,
     },
     /// Figure 6: best fitness over the generations.
     Fitness {

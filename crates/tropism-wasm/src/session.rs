@@ -26,7 +26,7 @@ use crate::evolution::{Job, simulate};
 use crate::question::{Answer, By, Question};
 use crate::{beans, paper};
 #[cfg(feature = "photographs")]
-use crate::{measure, photographs, photographs::Series, tent::Tent};
+use crate::{measure, photographs, photographs::Series, tent::Tent, wall};
 
 /// Simulated plants that a champion steers on the page.
 const PLANTS: u32 = 6;
@@ -89,6 +89,10 @@ pub enum SessionError {
     #[cfg(feature = "photographs")]
     #[error(transparent)]
     Record(#[from] tropism::measure::RecordError),
+    /// A wall of nodes.
+    #[cfg(feature = "photographs")]
+    #[error(transparent)]
+    Wall(#[from] tropism::nodes::WallError),
     /// A tent.
     #[cfg(feature = "photographs")]
     #[error(transparent)]
@@ -213,6 +217,10 @@ impl Session {
                 let (json, bytes) = self.tent.as_mut().ok_or_else(none)?.step(light)?;
                 return Ok(Answer { json, bytes });
             }
+            #[cfg(feature = "photographs")]
+            Question::Nodes {} => wall::places(),
+            #[cfg(feature = "photographs")]
+            Question::Wall { path, rule, seed } => wall::grow(path, rule, seed)?,
         };
         Ok(json.into())
     }

@@ -151,6 +151,30 @@ impl WallTrial {
         runs.into_iter().flatten().collect()
     }
 
+    /// Grows the plant of `seed` alone, as [`grow`](Self::grow) does, and shows `see` at each step its pose, what the nodes say and
+    /// how their lamps are lit.
+    ///
+    /// # Panics
+    /// Unless wall, sensor and faults are checked.
+    pub fn watch(
+        &self,
+        seed: u64,
+        controller: &dyn Fn() -> Box<dyn NodeController>,
+        mut see: impl FnMut(&Pose, &[NodeRow], Lighting),
+    ) -> WallRun {
+        let (mut bean, mut episode) = (self.seedling(seed), WallEpisode::new(self, seed, controller, true));
+        loop {
+            let pose = bean.pose();
+            if episode.judge(self, &pose) {
+                return episode.into_run();
+            }
+            let said = episode.run().rows.len();
+            let lighting = episode.step(self, &pose);
+            see(&pose, &episode.run().rows[said..], lighting);
+            bean.advance(&self.powers(lighting), self.period_min);
+        }
+    }
+
     /// Powers of the lamps of the wall, as [`Bean::advance`] takes them.
     fn powers(&self, lighting: Lighting) -> [f64; MAX_LAMPS] {
         lighting.powers().map(|share| share * self.wall.power)
@@ -240,6 +264,12 @@ mod tests {
         }
         let together = trial.grow(&[5, 6, 7], &machine, true);
         for run in together {
+            let mut lit_h = 0.0;
+            let watched = trial.watch(run.seed, &machine, |pose, rows, lighting| {
+                assert!(rows.len() == 6 && pose.stem.len() > 1);
+                lit_h += lighting.total() * trial.period_min / 60.0;
+            });
+            assert_eq!((&watched, lit_h), (&run, run.lit_h));
             assert_eq!(trial.grow(&[run.seed], &machine, true), [run]);
         }
     }
