@@ -20,6 +20,8 @@ let seed = 1;
 let grown = null;
 let at = 0;
 let isPlaying = false;
+/** Numbers the times that it plays: one that was paused does not go on beside the next. */
+let plays = 0;
 /** Numbers the plants: an answer of an earlier one is left out. */
 let number = 0;
 
@@ -108,15 +110,15 @@ async function grow(next) {
 
 /** @param {boolean} is */
 async function play(is) {
-  const own = number;
+  const own = ++plays;
   if (is && grown && at >= grown.pictures.length - 1) at = 0;
   isPlaying = is;
   draw();
-  while (isPlaying && grown && own === number && !$("#view-nodes").hidden) {
+  while (isPlaying && grown) {
     // Five hours a second.
     await new Promise((done) => setTimeout(done, 50));
-    if (!isPlaying || own !== number) return;
-    if (++at >= grown.pictures.length - 1) isPlaying = false;
+    if (!isPlaying || own !== plays) return;
+    if (++at >= grown.pictures.length - 1 || $("#view-nodes").hidden) isPlaying = false;
     draw();
   }
 }

@@ -100,10 +100,6 @@ pub struct CommandLamp {
 }
 
 impl LampSettings for CommandLamp {
-    fn check(&self, _period_min: f64) -> Result<(), String> {
-        Ok(())
-    }
-
     fn outlet(&self) -> Outlet {
         Outlet::Programs { on: self.on.clone(), off: self.off.clone() }
     }

@@ -64,8 +64,8 @@
 //! # }
 //! ```
 //!
-//! To name the camera in rig files: a module above [`driver`] with its settings, a table with serde, `impl
-//! [CameraSettings](settings::CameraSettings)` and `impl Camera`; then its word in [`driver::CameraDriver`].
+//! To name the camera in rig files: a module above [`driver`] with its settings, a table with serde that
+//! implements [`CameraSettings`](settings::CameraSettings), and `impl Camera`; then its word in [`driver::CameraDriver`].
 //!
 //! Not tested on a physical camera, lamp or relay.
 

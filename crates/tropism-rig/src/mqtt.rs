@@ -436,10 +436,12 @@ mod tests {
     use tropism::lighting::{Allowed, Lighting};
     use tropism::rig::Lamps;
 
+    #[cfg(feature = "tls")]
+    use std::path::{Path, PathBuf};
+
     use super::*;
     use crate::switch::Interlock;
     use crate::testing::{Mosquitto, hear, wait_until};
-    use std::path::{Path, PathBuf};
 
     #[test]
     fn what_devices_say_is_understood() {

@@ -42,11 +42,13 @@ pub trait CameraSettings {
 
 /// Settings of a lamp.
 pub trait LampSettings {
-    /// Checks the settings, for `period_min` minutes between commands.
+    /// Checks the settings, for so many minutes between commands.
     ///
     /// # Errors
     /// What was found, and what was wanted.
-    fn check(&self, period_min: f64) -> Result<(), String>;
+    fn check(&self, _period_min: f64) -> Result<(), String> {
+        Ok(())
+    }
 
     /// What it drives.
     fn outlet(&self) -> Outlet;

@@ -15,11 +15,10 @@ use tropism::simulation::ModelKind;
 use tropism::task::Task;
 use tropism_page::{Drawing, Method, ShownGeneration};
 
-#[cfg(feature = "photographs")]
-use crate::wall::WallRule;
-
 use crate::SessionError;
 use crate::beans::OpenLoop;
+#[cfg(feature = "photographs")]
+use crate::wall::WallRule;
 
 /// A question of the page: `{"fit": {"kind": "stem"}}`.
 ///

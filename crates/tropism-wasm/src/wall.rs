@@ -62,7 +62,7 @@ pub(crate) fn grow(path: Vec<String>, rule: WallRule, seed: u64) -> Result<Value
         .iter()
         .map(|decision| json!({ "node": decision.node, "is_right": decision.is_right }))
         .collect();
-    Ok(json!({ "pictures": pictures, "decisions": decisions, "lit_h": run.lit_h }))
+    Ok(json!({ "pictures": pictures, "decisions": decisions }))
 }
 
 /// A node as it is drawn.
