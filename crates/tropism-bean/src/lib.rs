@@ -20,13 +20,13 @@ mod bean;
 mod population;
 pub mod detector;
 mod grow;
-pub mod wall;
 pub mod experiments;
 pub mod acceptance;
 pub mod calibrate;
 mod reach;
 pub mod scene;
 pub mod render;
+pub mod wall;
 pub mod fault;
 pub mod tent;
 

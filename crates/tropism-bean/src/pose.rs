@@ -48,19 +48,20 @@ impl Pose {
     /// The plant in the coordinates of the camera of `view`.
     #[must_use]
     pub fn seen_from(&self, view: View) -> Self {
+        self.moved(|place| view.to_camera(place), |direction| view.to_camera(direction))
+    }
+
+    /// The plant after a rigid motion, which takes each place and turns each direction.
+    pub(super) fn moved(&self, take: impl Fn(Vec3) -> Vec3, turn: impl Fn(Vec3) -> Vec3) -> Self {
         let leaf = |leaf: Leaf| Leaf {
-            base: view.to_camera(leaf.base),
-            along: view.to_camera(leaf.along),
-            across: view.to_camera(leaf.across),
+            base: take(leaf.base),
+            along: turn(leaf.along),
+            across: turn(leaf.across),
             length: leaf.length,
         };
         Self {
-            stem: self
-                .stem
-                .iter()
-                .map(|node| Node { at: view.to_camera(node.at), radius: node.radius })
-                .collect(),
-            heading: view.to_camera(self.heading),
+            stem: self.stem.iter().map(|node| Node { at: take(node.at), radius: node.radius }).collect(),
+            heading: turn(self.heading),
             leaves: self.leaves.map(leaf),
             ..*self
         }

@@ -18,8 +18,8 @@ use super::view::{CAMERA, Frame, View};
 /// The flash: a warm bulb above the pot, 68 cm above the soil (section 2.1).
 pub const FLASH: Vec3 = [0.0, 68.0, 0.0];
 
-/// Radius of the flash with its shade, in cm: it softens the inverse-square law nearby. Chosen by hand on photographs.
-const FLASH_REACH: f64 = 20.0;
+/// The tent's flash at brightness 1.
+const TENT_FLASH: Flash = Flash { at: FLASH, power: 1.0, unit_cm: 48.0, reach_cm: 20.0, bounce: 0.35 };
 
 /// Radius of the pot's mouth, in cm (section 2.1: 15 cm across).
 pub const POT_RADIUS: f64 = 7.5;
@@ -52,9 +52,6 @@ const fn tint(colour: Colour) -> Rgb {
         Colour::FarRed => [0.15, 0.01, 0.01],
     }
 }
-
-/// Ambient share of the flash: light after many reflections. Chosen by hand on photographs.
-const BOUNCE: f64 = 0.35;
 
 /// The scene's settings; `Default` is the paper's tent (section 2.1) at a size at which a photograph costs little.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -137,10 +134,25 @@ impl Scene {
 /// Light sources that are on, in the coordinates of a camera.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct LightSources {
-    flash: f64,
+    flash: Flash,
     lamp: f64,
     glow: f64,
     lit: Vec<Lit>,
+}
+
+/// A flash in the coordinates of a camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Flash {
+    /// Its place, in cm.
+    pub(super) at: Vec3,
+    /// Its brightness.
+    pub(super) power: f64,
+    /// Distance at which its irradiance is 1 at brightness 1, in cm.
+    pub(super) unit_cm: f64,
+    /// Its radius with its shade, in cm: it softens the inverse-square law nearby. The tent's is chosen by hand on photographs.
+    pub(super) reach_cm: f64,
+    /// Ambient share: light after many reflections. The tent's is chosen by hand on photographs.
+    pub(super) bounce: f64,
 }
 
 /// A lit lamp.
@@ -164,11 +176,17 @@ impl LightSources {
             Some(Lit { light, bulb, power, tint: tint(lamp.colour) })
         };
         Self {
-            flash: if flash { scene.flash * scene.exposure } else { 0.0 },
+            flash: Flash { power: if flash { scene.flash * scene.exposure } else { 0.0 }, ..TENT_FLASH },
             lamp: scene.lamp * scene.exposure,
             glow: scene.glow,
             lit: lighting.lit().filter_map(lit).collect(),
         }
+    }
+
+    /// The flash of a camera beside its lens, and lamps that shine from `bulbs`: the brightness of each at 35 cm, and its colour.
+    pub(super) fn of_node(flash: Flash, bulbs: impl Iterator<Item = (Light, Vec3, f64, Colour)>) -> Self {
+        let lit = |(light, bulb, power, colour)| Lit { light, bulb, power, tint: tint(colour) };
+        Self { flash, lamp: 1.0, glow: 0.0, lit: bulbs.map(lit).collect() }
     }
 
     /// Irradiance of a surface at `place` with unit `normal`. `wrap` is 0 for a Lambertian surface and larger for translucent
@@ -179,19 +197,25 @@ impl LightSources {
         add(self.bounced(), direct)
     }
 
+    /// Length over which the light of the flash is painted as a gradient, in cm: the tent's is even over the whole plant.
+    pub(super) fn even_cm(&self) -> f64 {
+        if self.flash.unit_cm < TENT_FLASH.unit_cm { 0.5 * self.flash.unit_cm } else { f64::INFINITY }
+    }
+
     /// Ambient light of the flash.
     pub(super) fn bounced(&self) -> Rgb {
-        scale(FLASH_TINT, self.flash * BOUNCE)
+        scale(FLASH_TINT, self.flash.power * self.flash.bounce)
     }
 
     /// Direct irradiance from the flash.
     pub(super) fn by_flash(&self, place: Vec3, normal: Vec3, wrap: f64) -> Rgb {
-        let to_flash = sub(FLASH, place);
+        let Flash { at, power, unit_cm, reach_cm, bounce } = self.flash;
+        let to_flash = sub(at, place);
         let far = norm(to_flash);
-        let spread = FLASH_REACH * FLASH_REACH;
+        let spread = reach_cm * reach_cm;
         let direct =
-            (48.0 * 48.0 + spread) / (far * far + spread) * lambert(dot(to_flash, normal) / far, wrap);
-        scale(FLASH_TINT, self.flash * (1.0 - BOUNCE) * direct)
+            (unit_cm * unit_cm + spread) / (far * far + spread) * lambert(dot(to_flash, normal) / far, wrap);
+        scale(FLASH_TINT, power * (1.0 - bounce) * direct)
     }
 
     /// The sum of what `shine` says of each lit lamp.
@@ -214,7 +238,7 @@ impl LightSources {
             let half = normalize_or(add(normalize_or(sub(light, place), normal), to_camera), normal);
             math::pow(dot(half, normal).max(0.0), 30.0)
         };
-        let flash = scale(FLASH_TINT, self.flash * spot(FLASH));
+        let flash = scale(FLASH_TINT, self.flash.power * spot(self.flash.at));
         let lamp = |lit: Lit| scale(lit.tint, 2.0 * self.lamp * lit.power * spot(lit.bulb));
         add(flash, self.sum(lamp))
     }

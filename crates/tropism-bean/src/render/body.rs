@@ -4,7 +4,7 @@
 
 use tropism::geometry::Point;
 use tropism::math;
-use tropism::math::vector::{Vec3, add, cross, distance, dot, normalize_or, scale, sub};
+use tropism::math::vector::{Vec3, add, along, cross, distance, dot, norm, normalize_or, scale, sub};
 
 use crate::pose::{Leaf, Node, Pose};
 use crate::view::{CAMERA, Frame, project};
@@ -74,6 +74,30 @@ impl Body {
             if withered < 1.0 { cotyledons(&stem[node..], side, pose.age_h, withered) } else { Vec::new() };
         let leaves = core::array::from_fn(|which| Blade::new(&pose.leaves[which], pose.spread));
         Self { stem, node, hook, bud, cotyledons, withered, leaves }
+    }
+
+    /// Puts what is nearer to the camera than `nearest` cm to this distance, and what is behind it also aside, out of any picture:
+    /// projection needs places before the camera.
+    pub(super) fn keep_off(&mut self, nearest: f64) {
+        let keep = |place: &mut Vec3, beyond: f64| {
+            let off = sub(*place, CAMERA);
+            let aside = normalize_or([off[0], off[1], 0.0], [1.0, 0.0, 0.0]);
+            let far = if off[2] < 0.0 { 0.0 } else { (10.0 * (nearest + beyond) - dot(off, aside)).max(0.0) };
+            *place = along(*place, aside, far);
+            place[2] = place[2].min(CAMERA[2] - nearest - beyond);
+        };
+        let [one, other] = &mut self.leaves;
+        for node in
+            [&mut self.stem, &mut self.hook, &mut one.petiole, &mut other.petiole].into_iter().flatten()
+        {
+            keep(&mut node.at, 0.0);
+        }
+        for leaf in [one, other] {
+            leaf.midrib.iter_mut().chain(leaf.halves.iter_mut().flatten()).for_each(|place| keep(place, 0.0));
+        }
+        for oval in self.cotyledons.iter_mut().chain([&mut self.bud]) {
+            keep(&mut oval.centre, norm(oval.half).max(oval.wide));
+        }
     }
 
     /// Discs that hold the plant as the camera sees it: centre and radius, in cm; of each oval `places` points of its outline.

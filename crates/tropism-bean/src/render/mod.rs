@@ -14,6 +14,7 @@ mod ycbcr;
 mod jpeg;
 mod sensor;
 mod truth;
+mod node;
 
 use tropism::lamps::Layout;
 use tropism::lighting::Lighting;
@@ -23,6 +24,7 @@ use tropism::photo::Image;
 
 use self::background::Background;
 use self::body::Body;
+pub use self::node::{NodeCamera, NodeCameras};
 use self::paint::Canvas;
 use self::sensor::{Blur, Noise};
 use self::tone::ToneCurve;
@@ -68,7 +70,7 @@ impl Renderer {
             background: Background::new(scene, &Layout::default(), seed, view),
             tone: ToneCurve::new(),
             blur: Blur::new(scene.blur * scene.frame().px_per_cm),
-            noise: Noise::new(seed, scene.noise, scene.width as usize),
+            noise: Noise::new(seed, sensor::GREY * scene.noise, scene.width as usize),
             backgrounds: Vec::new(),
             film: YcbcrImage::default(),
             scene: scene.clone(),

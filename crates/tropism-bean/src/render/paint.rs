@@ -5,7 +5,7 @@ use tiny_skia::{
     SpreadMode, Stroke, Transform,
 };
 use tropism::geometry::{Pixel, Point as Place};
-use tropism::math::vector::{Vec3, add, dot, normalize_or, scale, sub};
+use tropism::math::vector::{Vec3, add, distance, dot, normalize_or, scale, sub};
 
 use super::body::{Blade, Body, Oval, nearness, ribbon};
 use super::tone::ToneCurve;
@@ -95,8 +95,8 @@ impl<'a> Canvas<'a> {
         for oval in body.cotyledons.iter().filter(|oval| oval.centre[2] < stem_z) {
             self.oval(oval, withered);
         }
-        self.ribbon(&body.stem[..=body.node], between(STEM_BASE, STEM_NODE));
-        self.ribbon(&body.stem[body.node..], between(STEM_NODE, STEM));
+        self.pieces(&body.stem[..=body.node], between(STEM_BASE, STEM_NODE));
+        self.pieces(&body.stem[body.node..], between(STEM_NODE, STEM));
         self.ribbon(&body.hook, |_| BUD);
         self.oval(&body.bud, BUD);
         for oval in body.cotyledons.iter().filter(|oval| oval.centre[2] >= stem_z) {
@@ -104,6 +104,18 @@ impl<'a> Canvas<'a> {
         }
         for leaf in body.leaves.iter().filter(|leaf| !behind(leaf)) {
             self.leaf(leaf);
+        }
+    }
+
+    /// A stem in pieces over which the light of the flash changes little.
+    fn pieces(&mut self, nodes: &[Node], colour: impl Fn(f64) -> Rgb) {
+        let long: f64 = nodes.windows(2).map(|pair| distance(pair[0].at, pair[1].at)).sum();
+        let pieces = (long / self.lighting.even_cm()).ceil().max(1.0) as usize;
+        let last = nodes.len() - 1;
+        for piece in 0..pieces {
+            let [from, to] = [piece, piece + 1].map(|end| end * last / pieces);
+            let share = |within: f64| (from as f64 + within * (to - from) as f64) / last.max(1) as f64;
+            self.ribbon(&nodes[from..=to], |within| colour(share(within)));
         }
     }
 

@@ -94,26 +94,26 @@ pub(super) struct Noise {
 const TAPE: usize = 1 << 14;
 
 /// Standard deviation of the brightness over that of one colour, where two thirds of the variance are common to all.
-const GREY: f64 = 0.90;
+pub(super) const GREY: f64 = 0.90;
 
 impl Noise {
-    /// Noise of standard deviation `sigma` grey levels in each colour, for rows of `width` pixels.
+    /// Noise of standard deviation `sigma` grey levels, for rows of `width` bytes.
     pub(super) fn new(seed: u64, sigma: f64, width: usize) -> Self {
         if sigma == 0.0 {
             return Self { seed, tape: Vec::new() };
         }
         let mut rng = stream(seed, Purpose::Camera, u64::MAX);
-        let level = |_| (GREY * sigma * normal(&mut rng)).round().clamp(-127.0, 127.0) as i8;
+        let level = |_| (sigma * normal(&mut rng)).round().clamp(-127.0, 127.0) as i8;
         Self { seed, tape: (0..TAPE + width).map(level).collect() }
     }
 
-    /// Adds the noise of photograph `frame` to rows of brightness. What the sensor clipped stays clipped.
-    pub(super) fn add(&self, luma: &mut [u8], width: usize, frame: u64) {
+    /// Adds the noise of photograph `frame` to rows of `width` bytes. What the sensor clipped stays clipped.
+    pub(super) fn add(&self, bytes: &mut [u8], width: usize, frame: u64) {
         if self.tape.is_empty() {
             return;
         }
         let mut rng = stream(self.seed, Purpose::Camera, frame);
-        for row in luma.chunks_exact_mut(width) {
+        for row in bytes.chunks_exact_mut(width) {
             let start = rng.next_u32() as usize % TAPE;
             for (byte, &noise) in row.iter_mut().zip(&self.tape[start..]) {
                 let noisy = byte.saturating_add_signed(noise);

@@ -2,15 +2,25 @@
 
 use tropism::lighting::Lighting;
 use tropism::math::vector::distance;
-use tropism::nodes::{NodeController, NodeMessage, NodeView, WallNodes};
+use tropism::nodes::{NodeController, NodeMessage, NodeView, ProximitySensors, WallNodes};
 
 use super::{Decision, WallRun, WallTrial, patches};
 use crate::pose::Pose;
+use crate::render::NodeCameras;
+
+/// The sensors of all nodes.
+enum Eyes {
+    Proximity(ProximitySensors),
+    Cameras(Box<NodeCameras>),
+}
 
 /// The nodes before one plant, and what became of it so far. The plant itself is handed over at each step, so that many may grow
 /// side by side.
 pub struct WallEpisode<C: NodeController + ?Sized = dyn NodeController> {
     nodes: WallNodes<C>,
+    eyes: Eyes,
+    /// How the lamps are lit since the latest step.
+    lighting: Lighting,
     run: WallRun,
     keeps_rows: bool,
 }
@@ -22,10 +32,18 @@ impl<C: NodeController + ?Sized> WallEpisode<C> {
     /// # Panics
     /// Unless wall, sensor and faults are checked.
     pub fn new(trial: &WallTrial, seed: u64, controller: impl Fn() -> Box<C>, keeps_rows: bool) -> Self {
-        let hours = [trial.period_min / 60.0, trial.learning_h];
-        let mut nodes = WallNodes::new(&trial.wall, &trial.sensor, trial.faults, controller, hours, seed);
+        let period_h = trial.period_min / 60.0;
+        let hours = [period_h, trial.learning_h];
+        let mut nodes = WallNodes::new(&trial.wall, trial.faults, controller, hours, seed);
+        let mut eyes = match &trial.camera {
+            None => Eyes::Proximity(trial.sensor.sensors(&trial.wall, period_h, seed)),
+            Some(camera) => Eyes::Cameras(Box::new(camera.cameras(&trial.wall, seed))),
+        };
         while nodes.learning_steps_left() > 0 {
-            nodes.step(&[]);
+            match &mut eyes {
+                Eyes::Proximity(sensors) => nodes.step(sensors, None),
+                Eyes::Cameras(cameras) => nodes.step(&mut **cameras, None),
+            };
         }
         let path = nodes.path().to_vec();
         let run = WallRun {
@@ -39,7 +57,7 @@ impl<C: NodeController + ?Sized> WallEpisode<C> {
             rows: Vec::new(),
             path,
         };
-        Self { nodes, run, keeps_rows }
+        Self { nodes, eyes, lighting: Lighting::DARK, run, keeps_rows }
     }
 
     /// What became of the plant so far.
@@ -90,7 +108,10 @@ impl<C: NodeController + ?Sized> WallEpisode<C> {
         pose: &Pose,
         see: impl FnMut(&mut C, &NodeView<'_>) -> T,
     ) -> Vec<Option<T>> {
-        self.nodes.perceive(&patches(pose), see)
+        match &mut self.eyes {
+            Eyes::Proximity(sensors) => self.nodes.perceive(sensors, Some(&patches(pose)[..]), see),
+            Eyes::Cameras(cameras) => self.nodes.perceive(&mut **cameras, Some(&(pose, self.lighting)), see),
+        }
     }
 
     /// The controllers in the order of the nodes, to decide between the two phases of a step.
@@ -103,12 +124,12 @@ impl<C: NodeController + ?Sized> WallEpisode<C> {
     /// # Panics
     /// Unless there is a message, or none, for each node.
     pub fn act(&mut self, trial: &WallTrial, messages: Vec<Option<NodeMessage>>) -> Lighting {
-        let lighting = self.nodes.act(messages);
+        self.lighting = self.nodes.act(messages);
         self.run.steps += 1;
-        self.run.lit_h += lighting.total() * trial.period_min / 60.0;
+        self.run.lit_h += self.lighting.total() * trial.period_min / 60.0;
         if self.keeps_rows {
             self.run.rows.extend(self.nodes.rows());
         }
-        lighting
+        self.lighting
     }
 }

@@ -17,6 +17,7 @@ use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 
 use super::grow::Observer;
 use super::pose::{Leaf, Pose};
+use super::render::NodeCamera;
 use super::{Bean, Population, Species};
 
 pub use environment::WallEnvironment;
@@ -30,8 +31,10 @@ const LEAF_PATCHES: u32 = 6;
 pub struct WallTrial {
     /// The wall.
     pub wall: NodeWall,
-    /// The sensors of its nodes.
+    /// The proximity sensors of its nodes.
     pub sensor: Proximity,
+    /// A camera in each node instead.
+    pub camera: Option<NodeCamera>,
     /// Faults.
     pub faults: NodeFaults,
     /// The species of the plants.
@@ -97,6 +100,7 @@ impl WallTrial {
         Self {
             wall: NodeWall::three_levels(),
             sensor: Proximity::default(),
+            camera: None,
             faults: NodeFaults::default(),
             species,
             scale: 1.0,
@@ -253,6 +257,18 @@ mod tests {
         let dormant = trial.grow(&seeds, &|| Box::new(Baseline::Dormant), false);
         // One in eight by chance: four or more have a probability of 1.1 % .
         assert!(whole(&dormant) <= 3 && dormant.iter().all(|run| run.lit_h == 0.0));
+    }
+
+    #[test]
+    fn nodes_with_cameras_lead_plants_along_the_path() {
+        let camera = Some(NodeCamera::default());
+        let trial = WallTrial { camera, ..WallTrial::new(Species::default()) };
+        let steered = trial.grow(&(0..8).collect::<Vec<u64>>(), &machine, false);
+        assert!(steered.iter().filter(|run| run.is_whole()).count() >= 7);
+        // A camera that sees nothing hands over after hours.
+        let blind = WallTrial { faults: NodeFaults { blind: 3, ..NodeFaults::default() }, ..trial };
+        let slow = blind.grow(&[0], &machine, false);
+        assert!(slow[0].lit_h > steered[0].lit_h + 5.0);
     }
 
     #[test]

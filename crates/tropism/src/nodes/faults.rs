@@ -6,6 +6,7 @@ use crate::check::{self, OutOfRange};
 
 /// Faults of a wall. Which nodes are struck is drawn for each plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct NodeFaults {
     /// Share of messages that are lost, 0 to 1.

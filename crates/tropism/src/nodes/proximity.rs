@@ -6,19 +6,23 @@
 //! a thin stem fills the beam along its length, so its echo falls with the third power. The constant echo of wall and case
 //! is 1: `reading = ln(1 + echo)`.
 
-use core::f64::consts::PI;
+use core::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 
+use super::sensors::{Draw, Sensors, draws};
+use super::wall::NodeWall;
 use crate::check::{self, OutOfRange};
 use crate::lighting::Beam;
 use crate::math::vector::{Vec3, dot, norm, normalize_or, sub};
-use crate::math::{cos, exp, ln};
+use crate::math::{cos, exp, ln, sin};
 
 /// Radius of the stem that defines the range of a sensor, in cm: that of the virtual bean near its apex.
-pub(super) const STEM_RADIUS_CM: f64 = 0.12;
+pub const STEM_RADIUS_CM: f64 = 0.12;
 /// Reading that a stem on the axis at the range gives: four standard deviations of the default noise.
-const READING_AT_RANGE: f64 = 0.4;
+pub const READING_AT_RANGE: f64 = 0.4;
+/// By how much a false echo raises a reading. Chosen: five times what a stem raises it by at the range of the sensor.
+const FALSE_ECHO: f64 = 2.0;
 /// Least distance that counts, in cm. Chosen by hand: it bounds the inverse fourth power at the sensor's window.
 const LEAST_CM: f64 = 0.5;
 
@@ -78,6 +82,13 @@ impl Proximity {
         check::within("false_echoes_per_day", self.false_echoes_per_day, 0.0..=288.0)
     }
 
+    /// The sensors of `wall`, which are read each `period_h` hours; `seed` names their noise and daylight.
+    #[must_use]
+    pub fn sensors(&self, wall: &NodeWall, period_h: f64, seed: u64) -> ProximitySensors {
+        let optics = wall.nodes.iter().map(|node| self.optics(node.at, node.facing)).collect();
+        ProximitySensors { sensor: self.clone(), optics, period_h, seed }
+    }
+
     /// The optics of a sensor at `at` that looks along `facing`.
     #[must_use]
     pub fn optics(&self, at: Vec3, facing: Vec3) -> Optics {
@@ -130,6 +141,31 @@ impl Optics {
             patch.area * share / (far2 * far2)
         };
         ln(1.0 + self.gain * patches.iter().map(echo).sum::<f64>())
+    }
+}
+
+/// The proximity sensors of all nodes of a wall, with their noise and daylight.
+#[derive(Clone, Debug)]
+pub struct ProximitySensors {
+    sensor: Proximity,
+    /// Optics of the sensor of each node.
+    optics: Vec<Optics>,
+    period_h: f64,
+    seed: u64,
+}
+
+impl Sensors<[Patch]> for ProximitySensors {
+    fn read(&mut self, node: usize, step: u32, scene: Option<&[Patch]>) -> f64 {
+        let Proximity { noise, swing, own_swing, false_echoes_per_day, .. } = self.sensor;
+        let echo = scene.map_or(0.0, |patches| self.optics[node].reading(patches));
+        let day = |number: usize, amplitude: f64| {
+            let phase = draws(self.seed, Draw::Day, number).at(0).uniform();
+            amplitude * sin(TAU * (f64::from(step) * self.period_h / 24.0 + phase))
+        };
+        let mut random = draws(self.seed, Draw::Reading, node).at(step);
+        let is_false = random.uniform() < false_echoes_per_day * self.period_h / 24.0;
+        let light = day(usize::MAX, swing) + day(node, own_swing);
+        echo + light + noise * random.normal() + if is_false { FALSE_ECHO } else { 0.0 }
     }
 }
 

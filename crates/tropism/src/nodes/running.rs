@@ -3,26 +3,21 @@
 //! In: what is before the sensors. Out: the levels of all lamps. All noise is named by seed, node and step, so the order of work
 //! changes nothing.
 
-use core::f64::consts::TAU;
 use std::collections::VecDeque;
 
 use serde::Serialize;
 
 use super::controller::{Neighbour, NodeController, NodeMessage, NodeView};
 use super::faults::NodeFaults;
-use super::proximity::{Optics, Patch, Proximity};
+use super::sensors::{Draw, Sensors, draws};
 use super::wall::NodeWall;
 use crate::lamps::Light;
 use crate::lighting::Lighting;
-use crate::math::sin;
 use crate::math::statistics::mean;
-use crate::random::{NoiseStream, Purpose};
+use crate::random::NoiseStream;
 
 /// Age up to which a sibling's reading counts, in steps. Chosen: a message may be lost now and then.
 pub const FRESH_STEPS: u32 = 3;
-/// By how much a false echo raises a reading. Chosen: five times what a stem raises it by at the range of the sensor.
-const FALSE_ECHO: f64 = 2.0;
-
 /// How long a node that will be killed is lit before, in h. Chosen: the plant is on its way, and no decision was made.
 const KILLED_AFTER_H: f64 = 2.0;
 
@@ -50,9 +45,6 @@ struct Struck {
 /// The nodes of a wall with their controllers, all of one type if `C` says so.
 pub struct WallNodes<C: NodeController + ?Sized = dyn NodeController> {
     wall: NodeWall,
-    sensor: Proximity,
-    /// Optics of the sensor of each node.
-    optics: Vec<Optics>,
     faults: NodeFaults,
     seed: u64,
     period_h: f64,
@@ -69,24 +61,13 @@ pub struct WallNodes<C: NodeController + ?Sized = dyn NodeController> {
     step: u32,
 }
 
-/// What random numbers of a node are for.
-#[derive(Clone, Copy)]
-enum Draw {
-    Reading = 1,
-    Day = 2,
-    Message = 3,
-    Restart = 4,
-    Struck = 5,
-}
-
 impl<C: NodeController + ?Sized> WallNodes<C> {
     /// A wall before the plant of `seed`. `controller` makes the controller of each node; nodes learn for `learning_steps`.
     ///
     /// # Panics
-    /// Unless the wall, the sensor and the faults are checked.
+    /// Unless the wall and the faults are checked.
     pub fn new(
         wall: &NodeWall,
-        sensor: &Proximity,
         faults: NodeFaults,
         controller: impl Fn() -> Box<C>,
         [period_h, learning_h]: [f64; 2],
@@ -97,8 +78,6 @@ impl<C: NodeController + ?Sized> WallNodes<C> {
         let path = wall.path_of(seed);
         let mut nodes = Self {
             wall: wall.clone(),
-            sensor: sensor.clone(),
-            optics: wall.nodes.iter().map(|node| sensor.optics(node.at, node.facing)).collect(),
             faults,
             seed,
             period_h,
@@ -135,7 +114,7 @@ impl<C: NodeController + ?Sized> WallNodes<C> {
     }
 
     fn draws(&self, what: Draw, number: usize) -> NoiseStream {
-        NoiseStream::new(self.seed, Purpose::Nodes, [number as u32, what as u32, 0])
+        draws(self.seed, what, number)
     }
 
     /// Numbers of the nodes on the drawn path, lowest first.
@@ -164,26 +143,29 @@ impl<C: NodeController + ?Sized> WallNodes<C> {
         self.said.iter().enumerate().filter_map(row)
     }
 
-    /// All nodes take a step with `patches` before them: [`perceive`](Self::perceive), then [`act`](Self::act). Returns how the
-    /// lamps are lit.
-    pub fn step(&mut self, patches: &[Patch]) -> Lighting {
-        let messages = self.perceive(patches, |controller, view| controller.step(view));
+    /// All nodes take a step before `scene`: [`perceive`](Self::perceive), then [`act`](Self::act). Returns how the lamps are lit.
+    pub fn step<S: ?Sized>(&mut self, sensors: &mut impl Sensors<S>, scene: Option<&S>) -> Lighting {
+        let messages = self.perceive(sensors, scene, |controller, view| controller.step(view));
         self.act(messages)
     }
 
-    /// First phase of a step: messages arrive, nodes restart by their faults, sensors read, and `see` tells each controller what
-    /// its node knows. Returns what it makes of that for each node, and nothing for a node that is dead.
-    pub fn perceive<T>(
+    /// First phase of a step: messages arrive, nodes restart by their faults, sensors read `scene` (the empty one without it), and
+    /// `see` tells each controller what its node knows. Returns what it makes of that for each node, and nothing for a node that
+    /// is dead.
+    pub fn perceive<S: ?Sized, T>(
         &mut self,
-        patches: &[Patch],
+        sensors: &mut impl Sensors<S>,
+        scene: Option<&S>,
         mut see: impl FnMut(&mut C, &NodeView<'_>) -> T,
     ) -> Vec<Option<T>> {
         self.receive();
         (0..self.wall.nodes.len()).for_each(|node| self.restart(node));
         let mut controllers = std::mem::take(&mut self.controllers);
         let perceive = |(node, controller): (usize, &mut Box<C>)| {
-            let reading = self.reading(node, patches);
-            (!self.struck[node].is_dead).then(|| see(controller, &self.view(node, reading)))
+            let struck = self.struck[node];
+            let before = scene.filter(|_| !struck.is_blind);
+            let reading = (!struck.is_silent).then(|| sensors.read(node, self.step, before));
+            (!struck.is_dead).then(|| see(controller, &self.view(node, reading)))
         };
         let perceived = controllers.iter_mut().enumerate().map(perceive).collect();
         self.controllers = controllers;
@@ -265,24 +247,6 @@ impl<C: NodeController + ?Sized> WallNodes<C> {
         }
     }
 
-    /// The reading of a node.
-    fn reading(&self, node: usize, patches: &[Patch]) -> Option<f64> {
-        let struck = self.struck[node];
-        if struck.is_silent {
-            return None;
-        }
-        let Proximity { noise, swing, own_swing, false_echoes_per_day, .. } = self.sensor;
-        let echo = if struck.is_blind { 0.0 } else { self.optics[node].reading(patches) };
-        let day = |number: usize, amplitude: f64| {
-            let phase = self.draws(Draw::Day, number).at(0).uniform();
-            amplitude * sin(TAU * (f64::from(self.step) * self.period_h / 24.0 + phase))
-        };
-        let mut draws = self.draws(Draw::Reading, node).at(self.step);
-        let is_false = draws.uniform() < false_echoes_per_day * self.period_h / 24.0;
-        let light = day(usize::MAX, swing) + day(node, own_swing);
-        Some(echo + light + noise * draws.normal() + if is_false { FALSE_ECHO } else { 0.0 })
-    }
-
     /// Restarts a node now and then.
     fn restart(&mut self, node: usize) {
         let share = self.faults.restarts_per_day * self.period_h / 24.0;
@@ -299,19 +263,19 @@ impl<C: NodeController + ?Sized> WallNodes<C> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::nodes::{Baseline, StateMachine, StateMachineSettings};
+    use crate::nodes::{Baseline, Patch, Proximity, StateMachine, StateMachineSettings};
 
     /// Levels of a wall whose plant climbs along the nodes of its path, a cm an hour.
     fn climbed(faults: NodeFaults, seed: u64) -> (Vec<Lighting>, Vec<usize>) {
         let wall = NodeWall::three_levels();
         let machine =
             || Box::new(StateMachine::new(StateMachineSettings::default())) as Box<dyn NodeController>;
-        let mut nodes =
-            WallNodes::new(&wall, &Proximity::default(), faults, machine, [1.0 / 12.0, 24.0], seed);
+        let mut nodes = WallNodes::new(&wall, faults, machine, [1.0 / 12.0, 24.0], seed);
+        let mut sensors = Proximity::default().sensors(&wall, 1.0 / 12.0, seed);
         let path = nodes.path().to_vec();
         let mut levels = Vec::new();
         while nodes.learning_steps_left() > 0 {
-            assert_eq!(nodes.step(&[]), Lighting::DARK);
+            assert_eq!(nodes.step(&mut sensors, None), Lighting::DARK);
         }
         for step in 0..600_u32 {
             let height = f64::from(step) / 12.0;
@@ -320,7 +284,7 @@ mod tests {
             let x = wall.nodes[path[level]].at[0];
             let at = |part: u32| [x, height - 0.2 * f64::from(part), -2.0];
             let stem: Vec<Patch> = (0..10).map(|part| Patch { at: at(part), area: 0.2 }).collect();
-            levels.push(nodes.step(&stem));
+            levels.push(nodes.step(&mut sensors, Some(&stem[..])));
         }
         (levels, path)
     }
@@ -375,10 +339,9 @@ mod tests {
         let wall = NodeWall::three_levels();
         let lit_at = |rule: Baseline| {
             let controller = || Box::new(rule) as Box<dyn NodeController>;
-            let faults = NodeFaults::default();
-            let mut nodes =
-                WallNodes::new(&wall, &Proximity::default(), faults, controller, [1.0 / 12.0, 0.0], 3);
-            (lit(nodes.step(&[])), nodes.path().to_vec())
+            let mut nodes = WallNodes::new(&wall, NodeFaults::default(), controller, [1.0 / 12.0, 0.0], 3);
+            let mut sensors = Proximity::default().sensors(&wall, 1.0 / 12.0, 3);
+            (lit(nodes.step(&mut sensors, None)), nodes.path().to_vec())
         };
         assert!(lit_at(Baseline::Dormant).0.is_empty());
         assert_eq!(lit_at(Baseline::AllLit).0.len(), 6);

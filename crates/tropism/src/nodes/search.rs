@@ -43,6 +43,7 @@ const MAX_STEPS: u32 = 800;
 
 /// Settings of a [`NodeEvolution`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct NodeEvolutionConfig {
     /// Evolutions, each with a population of its own, 1 to 1000.
@@ -202,10 +203,10 @@ impl<M: PlantModel> NodeEvolution<'_, M> {
         let wall_seed = random::derive(seed, Purpose::Nodes, plant.into());
         let period_h = self.model.period_min() / 60.0;
         let faults = NodeFaults::default();
-        let mut nodes =
-            WallNodes::new(self.wall, self.sensor, faults, controller, [period_h, LEARNING_H], wall_seed);
+        let mut nodes = WallNodes::new(self.wall, faults, controller, [period_h, LEARNING_H], wall_seed);
+        let mut sensors = self.sensor.sensors(self.wall, period_h, wall_seed);
         while nodes.learning_steps_left() > 0 {
-            nodes.step(&[]);
+            nodes.step(&mut sensors, None);
         }
         let path = nodes.path().to_vec();
         let noise = NoiseStream::new(seed, Purpose::Growth, [plant, 0, 0]);
@@ -221,7 +222,7 @@ impl<M: PlantModel> NodeEvolution<'_, M> {
             if taken == path.len() {
                 break;
             }
-            let lighting = nodes.step(&patches(&stem));
+            let lighting = nodes.step(&mut sensors, Some(&patches(&stem)[..]));
             let next = Light::new(path[taken]).map_or(0.0, |light| lighting.powers()[light.index()]);
             steps += 1.0;
             lit += lighting.total();
