@@ -83,6 +83,8 @@ pub mod settings;
 pub mod http;
 pub mod mqtt;
 pub mod node;
+mod node_camera;
+pub mod wall_watch;
 mod child;
 pub mod alert;
 pub mod command;

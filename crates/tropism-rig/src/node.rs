@@ -63,6 +63,31 @@ pub struct NodeProcess {
     pub tasmota: Option<String>,
 }
 
+/// A topic of a node.
+pub(crate) fn topic(experiment: &str, name: &str, what: &str) -> String {
+    format!("tropism/wall/{experiment}/{name}/{what}")
+}
+
+/// The topic that starts an experiment.
+pub(crate) fn start_topic(experiment: &str) -> String {
+    format!("tropism/wall/{experiment}/start")
+}
+
+/// The name and the last part of a topic of a node; `None` of any other.
+pub(crate) fn parts<'t>(experiment: &str, topic: &'t str) -> Option<(&'t str, &'t str)> {
+    let rest = topic.strip_prefix("tropism/wall/")?.strip_prefix(experiment)?;
+    rest.strip_prefix('/')?.split_once('/')
+}
+
+/// Checks a name that stands in a topic.
+pub(crate) fn check_name(name: &str) -> Result<(), String> {
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
+    if (1..=64).contains(&name.len()) && name.chars().all(is_plain) {
+        return Ok(());
+    }
+    Err(format!("found name {name:?}, wanted 1 to 64 letters, digits, - or _"))
+}
+
 /// What a node has heard.
 #[derive(Default)]
 struct Heard {
@@ -83,23 +108,12 @@ impl NodeProcess {
     /// # Errors
     /// What was found, and what is wanted.
     pub fn check(&self) -> Result<(), String> {
-        let is_plain = |name: &str| {
-            (1..=64).contains(&name.len())
-                && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_')
-        };
         let names = [Some(&self.experiment), Some(&self.name), self.tasmota.as_ref()];
-        match names.into_iter().flatten().find(|name| !is_plain(name)) {
-            Some(name) => Err(format!("found name {name:?}, wanted 1 to 64 letters, digits, - or _")),
-            None => Ok(()),
-        }
+        names.into_iter().flatten().try_for_each(|name| check_name(name))
     }
 
-    fn topic(&self, name: &str, what: &str) -> String {
-        format!("tropism/wall/{}/{name}/{what}", self.experiment)
-    }
-
-    fn start_topic(&self) -> String {
-        format!("tropism/wall/{}/start", self.experiment)
+    pub(crate) fn topic(&self, name: &str, what: &str) -> String {
+        topic(&self.experiment, name, what)
     }
 
     /// Runs the node until `is_over`. Its first step comes a period after the first connection. While the broker is away later
@@ -183,7 +197,7 @@ impl NodeProcess {
     fn subscribe(&self, client: &Client, alive: &str) -> Result<(), String> {
         let neighbours = self.previous.iter().chain(&self.next).chain(&self.siblings);
         let mut topics = vec![
-            self.start_topic(),
+            start_topic(&self.experiment),
             self.topic(&self.name, "state"),
             self.topic(&self.name, "reading"),
             self.topic(&self.name, "lamp"),
@@ -202,7 +216,7 @@ impl NodeProcess {
         else {
             return;
         };
-        if topic == self.start_topic() {
+        if topic == start_topic(&self.experiment) {
             heard.is_started = text == "1";
             return;
         }
@@ -210,10 +224,7 @@ impl NodeProcess {
             heard.lamp = dimmer_level(text).or(heard.lamp);
             return;
         }
-        let prefix = format!("tropism/wall/{}/", self.experiment);
-        let Some((name, what)) = topic.strip_prefix(&prefix).and_then(|rest| rest.split_once('/')) else {
-            return;
-        };
+        let Some((name, what)) = parts(&self.experiment, topic) else { return };
         match (what, name == self.name) {
             ("reading", true) => {
                 let value = text.trim().parse().ok().filter(|value: &f64| value.is_finite());
@@ -298,7 +309,7 @@ fn dimmer_level(text: &str) -> Option<u8> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
     use std::sync::{Arc, Mutex};
 
@@ -321,9 +332,9 @@ mod tests {
         }
     }
 
-    const PERIOD: Duration = Duration::from_millis(100);
+    pub(crate) const PERIOD: Duration = Duration::from_millis(100);
 
-    fn process(experiment: &str, number: usize) -> NodeProcess {
+    pub(crate) fn process(experiment: &str, number: usize) -> NodeProcess {
         let name = |number: usize| format!("n{number}");
         NodeProcess {
             experiment: experiment.to_owned(),
@@ -338,14 +349,14 @@ mod tests {
     }
 
     /// A node in a thread of its own, which ends when it is dropped.
-    struct Running {
+    pub(crate) struct Running {
         ends: Arc<AtomicBool>,
         thread: Option<thread::JoinHandle<()>>,
         latest: Arc<Mutex<Option<NodeMessage>>>,
     }
 
     impl Running {
-        fn start(process: NodeProcess, port: u16, begun: Instant) -> Self {
+        pub(crate) fn start(process: NodeProcess, port: u16, begun: Instant) -> Self {
             let ends = Arc::new(AtomicBool::new(false));
             let latest = Arc::new(Mutex::new(None));
             let (is_over, said) = (Arc::clone(&ends), Arc::clone(&latest));
@@ -363,7 +374,7 @@ mod tests {
             Self { ends, thread: Some(thread), latest }
         }
 
-        fn message(&self) -> NodeMessage {
+        pub(crate) fn message(&self) -> NodeMessage {
             self.latest.lock().unwrap().unwrap_or_default()
         }
     }
@@ -378,13 +389,13 @@ mod tests {
     }
 
     /// Publishes readings of three sensors until it is dropped; a plant may stand before one of them.
-    struct Sensors {
+    pub(crate) struct Sensors {
         plant: Arc<AtomicU32>,
         ends: Arc<AtomicBool>,
     }
 
     impl Sensors {
-        fn start(experiment: &str, port: u16) -> (Self, Client) {
+        pub(crate) fn start(experiment: &str, port: u16) -> (Self, Client) {
             let (client, mut connection) =
                 Broker::new("127.0.0.1", port).connect("sensors".to_owned(), 64, |_| {});
             let (plant, ends) = (Arc::new(AtomicU32::new(0)), Arc::new(AtomicBool::new(false)));
