@@ -612,7 +612,10 @@ pub(crate) fn json_of(path: &Path, value: &impl Serialize) -> Result<String, Fil
 }
 
 /// The text of `value` as it stands in the TOML file `path`.
-pub(crate) fn toml_of(path: &Path, value: &impl Serialize) -> Result<String, FileError> {
+///
+/// # Errors
+/// [`FileError::Parse`] if TOML has no words for it.
+pub fn toml_of(path: &Path, value: &impl Serialize) -> Result<String, FileError> {
     toml::to_string(value).map_err(parse(path))
 }
 

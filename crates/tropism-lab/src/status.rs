@@ -33,6 +33,7 @@ use crate::study::StudyPlan;
 use crate::sweep::SweepPlan;
 use crate::transfer::TransferPlan;
 use crate::tune;
+use crate::wall::WallStudyPlan;
 use crate::watchdog::ALL_OFF;
 use crate::work::{Work, WorkStatus};
 use crate::workflow::Workflow;
@@ -194,12 +195,13 @@ const WRITERS: &str = "`run`, `evolve`, `study`, `sweep`, `transfer`, `forecast`
 /// The status of the work in a folder; `None` if there is none of its kind.
 type StatusIn = fn(&Path) -> Option<Result<WorkStatus, Error>>;
 
-const WORKS: [StatusIn; 8] = [
+const WORKS: [StatusIn; 9] = [
     status_in::<StudyPlan>,
     status_in::<SweepPlan>,
     status_in::<EvolvePlan>,
     status_in::<TransferPlan>,
     status_in::<ReplicatesPlan>,
+    status_in::<WallStudyPlan>,
     status_in::<ForecastPlan>,
     status_in::<CalibratePlan>,
     status_in::<BaselinePlan>,

@@ -44,6 +44,7 @@ use tropism_lab::simulate::SimulatePlan;
 use tropism_lab::study::StudyPlan;
 use tropism_lab::transfer::TransferPlan;
 use tropism_lab::tune::TunePlan;
+use tropism_lab::wall::{WallPlan, WallStudyPlan};
 use tropism_lab::{Error, Workflow};
 
 /// A plan comes back from its JSON, and an empty one is the default.
@@ -85,6 +86,8 @@ fn plans_come_back_and_refuse_unknown_keys() {
     comes_back::<StudyPlan>();
     comes_back::<TransferPlan>();
     comes_back::<TunePlan>();
+    comes_back::<WallPlan>();
+    comes_back::<WallStudyPlan>();
 }
 
 #[track_caller]

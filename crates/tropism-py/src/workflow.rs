@@ -180,6 +180,7 @@ workflows! {
     "transfer" => tropism_lab::transfer::TransferPlan,
     "tune" => tropism_lab::tune::TunePlan,
     "wall" => tropism_lab::wall::WallPlan,
+    "wall_study" => tropism_lab::wall::WallStudyPlan,
 }
 
 /// What there is to know about a long work.
@@ -236,6 +237,7 @@ works! {
     StudyPlan,
     tropism_lab::sweep::SweepPlan,
     tropism_lab::transfer::TransferPlan,
+    tropism_lab::wall::WallStudyPlan,
 }
 
 /// The exception for an error of the lab.

@@ -30,18 +30,20 @@ pub(crate) enum Kind {
     Sweep,
     Transfer,
     Replicates,
+    Walls,
     /// A tuned rule, or the search for one: a file of its own.
     Rule,
 }
 
 impl Kind {
     /// Each kind with the file that its folder has; a rule has no folder.
-    const FILES: [(Self, &'static str); 6] = [
+    const FILES: [(Self, &'static str); 7] = [
         (Self::Study, "study.toml"),
         (Self::Sweep, "sweep.toml"),
         (Self::Evolution, "evolution.toml"),
         (Self::Transfer, "transfer.toml"),
         (Self::Replicates, "replicates.toml"),
+        (Self::Walls, "walls.toml"),
         (Self::Run, "run.toml"),
     ];
 

@@ -29,13 +29,14 @@ mod status;
 mod stop;
 #[cfg(feature = "studio")]
 mod studio;
+mod wall;
 mod study;
 mod sweep;
 mod timelapse;
 mod track;
 mod transfer;
 mod tune;
-mod wall;
+mod watch_wall;
 mod watchdog;
 
 use anyhow::Result;
@@ -78,6 +79,7 @@ pub(crate) enum Command {
     Transfer(transfer::Transfer),
     Wall(wall::Wall),
     Node(node::Node),
+    WatchWall(watch_wall::WatchWall),
     Calibrate(calibrate::Calibrate),
     Report(report::Report),
     Timelapse(timelapse::Timelapse),
@@ -137,6 +139,7 @@ impl Command {
             Self::Grow(grow) => grow.execute(shell),
             Self::Transfer(transfer) => transfer.execute(shell),
             Self::Wall(wall) => wall.execute(shell),
+            Self::WatchWall(watch) => watch.execute(shell),
             Self::Node(node) => node.execute(shell),
             Self::Calibrate(calibrate) => calibrate.execute(shell),
             Self::Report(report) => report.execute(shell),

@@ -1,13 +1,18 @@
 //! `tropism node`: one node of a wall over MQTT.
 
 use std::path::PathBuf;
+use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
+use serde::Deserialize;
 use tropism::nodes::StateMachine;
+use tropism::rig::RigError;
+use tropism_lab::files;
 use tropism_lab::wall::WallFile;
 use tropism_rig::broker::Broker;
+use tropism_rig::driver::CameraDriver;
 
 use crate::shell::Shell;
 
@@ -19,8 +24,8 @@ use crate::shell::Shell;
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  tropism node left1 --wall wall.toml --broker raspberrypi.local --experiment june --tasmota plug1\n\n\
-                  The path of the wall file must be drawn, the same for all nodes. Start the experiment with\n  \
-                  mosquitto_pub -h raspberrypi.local -t tropism/wall/june/start -m 1 -r"
+                  The path of the wall file must be drawn, the same for all nodes. `tropism watch-wall` starts and watches\n\
+                  the experiment."
 )]
 pub(crate) struct Node {
     /// Name of the node in the wall file
@@ -42,6 +47,10 @@ pub(crate) struct Node {
     /// Name of the lamp, if it has Tasmota; others obey the topic of the node
     #[arg(long, value_name = "DEVICE")]
     tasmota: Option<String>,
+
+    /// File with the table [camera] of a rig file: a camera is the sensor of this node
+    #[arg(long, value_name = "CAMERA.toml")]
+    camera: Option<PathBuf>,
 
     /// Seconds from one step to the next, 1 to 3600
     #[arg(long, default_value_t = 300.0, value_name = "S")]
@@ -73,12 +82,30 @@ impl Node {
             }
         };
         let patience = Duration::from_secs(60);
-        node.run(&broker, &mut machine, patience, &step_of, &Shell::is_interrupted, &mut watch)?;
-        Ok(())
+        let mut run =
+            || node.run(&broker, &mut machine, patience, &step_of, &Shell::is_interrupted, &mut watch);
+        let Some(path) = self.camera else { return Ok(run()?) };
+        let mut camera = files::read_toml::<CameraFile>(&path)?.camera.settings().open()?;
+        let gain = file.camera.unwrap_or_default().cameras(&file.wall, 0).gain();
+        thread::scope(|scope| {
+            let running = scope.spawn(run);
+            let mut problem = |error: &RigError| shell.note(&format!("warning: {error}"));
+            let is_over = || running.is_finished();
+            let sensed = node.publish_pictures(&broker, &mut *camera, gain, &is_over, &mut problem);
+            // Without its sensor the node goes on, and gives up after hours.
+            running.join().expect("no panic").and(sensed).map_err(Into::into)
+        })
     }
 }
 
-fn parse_broker(text: &str) -> Result<Broker> {
+/// A file that names a camera.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CameraFile {
+    camera: CameraDriver,
+}
+
+pub(super) fn parse_broker(text: &str) -> Result<Broker> {
     let (host, port) = match text.rsplit_once(':') {
         Some((host, port)) => {
             (host, port.parse().with_context(|| format!("--broker {text}: wanted HOST:PORT"))?)

@@ -6,7 +6,9 @@ use anyhow::Result;
 use clap::Args;
 use tropism::nodes::{NodeEvolutionConfig, NodeFaults};
 use tropism_lab::files::shell_word;
-use tropism_lab::wall::{EvolveNodesPlan, NodeRule, NodesFile, WallFile, WallPlan, WallResults};
+use tropism_lab::wall::{
+    EvolveNodesPlan, NodeRule, NodeRuleResults, NodesFile, WallFile, WallPlan, WallResults,
+};
 
 use crate::options::{BeanOption, SeedOption, checked_variation};
 use crate::progress::execute_and_print;
@@ -20,7 +22,7 @@ use crate::shell::Shell;
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  tropism wall tasks/wall.toml --rules machine,dormant,path-lit --out wall\n  \
-                  tropism wall tasks/wall.toml --faults lost=0.9,restarts-per-day=1\n  \
+                  tropism wall tasks/wall.toml --cameras --faults lost=0.9,restarts-per-day=1\n  \
                   tropism wall tasks/wall.toml --evolve nodes.json --runs 4 --seed 1\n\n\
                   Rules: machine (the hand-written state machine), dormant, all-lit, path-lit, or a file of --evolve\n\
                   Faults: lost (share of messages), late-h, restarts-per-day, forgets=true, and numbers of nodes of\n\
@@ -47,6 +49,10 @@ pub(crate) struct Wall {
     #[arg(long, default_value_t = 24.0, value_name = "H")]
     learning: f64,
 
+    /// A camera in each node instead of the proximity sensor: of [camera] in the wall file, or the default one
+    #[arg(long)]
+    cameras: bool,
+
     /// Faults of nodes and messages, such as blind=1,lost=0.3
     #[arg(long, value_parser = parse_faults, value_name = "NAME=VALUE,...")]
     faults: Option<NodeFaults>,
@@ -59,7 +65,7 @@ pub(crate) struct Wall {
     variation: f64,
 
     /// Evolve a network for all nodes on a model of plants, and write it to FILE instead
-    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["rules", "plants", "steps", "learning", "faults", "out"])]
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["rules", "plants", "steps", "learning", "cameras", "faults", "out"])]
     evolve: Option<PathBuf>,
 
     /// Model in space of plants before this wall, for --evolve; without it one is made of virtual plants
@@ -88,7 +94,10 @@ pub(crate) struct Wall {
 
 impl Wall {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let file = self.wall.as_deref().map(WallFile::read).transpose()?.unwrap_or_default();
+        let mut file = self.wall.as_deref().map(WallFile::read).transpose()?.unwrap_or_default();
+        if self.cameras {
+            file.camera.get_or_insert_default();
+        }
         for warning in file.warnings() {
             shell.note(&format!("warning: {warning}"));
         }
@@ -130,27 +139,30 @@ impl Wall {
 }
 
 fn text(plan: &WallPlan, results: &WallResults) -> String {
-    let mut text = format!(
-        "{} virtual plants before {} nodes; 95 % intervals\n{:<9} {:<30} {:<30} {:<30} {:>6}\n",
-        plan.plants,
-        plan.file.wall.nodes.len(),
-        "rule",
-        "decisions right",
-        "whole paths",
-        "within 2 cm of the node",
-        "lit h"
-    );
-    for of in &results.rules {
-        let [right, whole, near] = [of.right, of.whole, of.near].map(|share| share.in_words());
-        text += &format!("{:<9} {right:<30} {whole:<30} {near:<30} {:>6.1}\n", of.rule.name(), of.lit_h);
-        if let Some(above) = of.above_dead_lamp {
-            text += &format!("{:<9} above the dead lamp: {}\n", "", above.in_words());
-        }
-    }
+    let (plants, nodes) = (plan.plants, plan.file.wall.nodes.len());
+    let mut text =
+        format!("{plants} virtual plants before {nodes} nodes; 95 % intervals\n{}", table(&results.rules));
     if let Some(out) = &plan.out {
         text += &format!("wrote {} files into {}", results.files.len(), out.display());
     }
     text.trim_end().to_owned()
+}
+
+/// What became of the plants, a line for each rule.
+pub(crate) fn table(rules: &[NodeRuleResults]) -> String {
+    let width = rules.iter().map(|of| of.rule.name().chars().count()).fold(9, usize::max);
+    let mut text = format!(
+        "{:<width$} {:<30} {:<30} {:<30} {:>6}\n",
+        "rule", "decisions right", "whole paths", "within 2 cm of the node", "lit h"
+    );
+    for of in rules {
+        let [right, whole, near] = [of.right, of.whole, of.near].map(|share| share.in_words());
+        text += &format!("{:<width$} {right:<30} {whole:<30} {near:<30} {:>6.1}\n", of.rule.name(), of.lit_h);
+        if let Some(above) = of.above_dead_lamp {
+            text += &format!("{:<width$} above the dead lamp: {}\n", "", above.in_words());
+        }
+    }
+    text
 }
 
 fn text_of_evolution(plan: &EvolveNodesPlan, NodesFile { nodes, .. }: &NodesFile) -> String {

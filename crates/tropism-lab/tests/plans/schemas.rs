@@ -17,7 +17,7 @@ use tropism_lab::planner::PlannerFile;
 use tropism_lab::replicates::ReplicatesConfig;
 use tropism_lab::study::StudyConfig;
 use tropism_lab::sweep::SweepConfig;
-use tropism_lab::wall::WallFile;
+use tropism_lab::wall::{WallFile, WallStudyConfig};
 use tropism_rig::file::RigFile;
 
 /// Where a table of keys begins in a page, after its schema and its type: `<!-- keys: rig LedsLamp -->`.
@@ -37,6 +37,7 @@ fn schemas() -> BTreeMap<&'static str, Value> {
         ("sweep", schema::<SweepConfig>()),
         ("task", schema::<Task>()),
         ("wall", schema::<WallFile>()),
+        ("walls", schema::<WallStudyConfig>()),
     ])
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use tropism_lab::evolve::EvolveConfig;
 use tropism_lab::replicates::ReplicatesConfig;
 use tropism_lab::study::StudyConfig;
+use tropism_lab::wall::WallStudyConfig;
 
 #[test]
 fn the_paper_written_out_is_the_default() {
@@ -28,6 +29,8 @@ fn the_studies_that_come_with_the_program_are_right() {
         let is = |kind: &str| text.starts_with(&format!("#:schema ../schemas/{kind}.json"));
         let done = if is("replicates") {
             ReplicatesConfig::read(&path).unwrap().check()
+        } else if is("walls") {
+            WallStudyConfig::read(&path).unwrap().check()
         } else if is("study") {
             toml::from_str::<StudyConfig>(&text).unwrap().check()
         } else {
@@ -36,7 +39,7 @@ fn the_studies_that_come_with_the_program_are_right() {
         done.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         checked += 1;
     }
-    assert!(checked >= 9, "{checked}");
+    assert!(checked >= 10, "{checked}");
 }
 
 #[test]

@@ -60,6 +60,7 @@ from tropism.plans import (
     transfer,
     tune,
     wall,
+    wall_study,
 )
 from tropism.results import Results
 from tropism.sweeps import sweep
@@ -136,6 +137,7 @@ __all__ = [
     "tune",
     "units",
     "wall",
+    "wall_study",
     "wall_v0",
 ]
 

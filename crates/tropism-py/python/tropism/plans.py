@@ -50,6 +50,7 @@ __all__ = [
     "DeviceResult",
     "Estimate",
     "EvolvePlan",
+    "EvolvedRule",
     "ExportPlan",
     "ExportResults",
     "Finding",
@@ -74,6 +75,7 @@ __all__ = [
     "Measures",
     "MethodResults",
     "NodeRuleResults",
+    "NodeScore",
     "NotePlan",
     "NoteResults",
     "ParameterEstimate",
@@ -109,6 +111,9 @@ __all__ = [
     "TunePlan",
     "WallPlan",
     "WallResults",
+    "WallScenarioResults",
+    "WallStudyPlan",
+    "WallStudyResults",
     "acceptance",
     "baseline",
     "calibrate",
@@ -141,6 +146,7 @@ __all__ = [
     "transfer",
     "tune",
     "wall",
+    "wall_study",
 ]
 
 
@@ -829,6 +835,59 @@ class WallResults(Results):
     _kinds = {"rules": NodeRuleResults}
 
 
+class NodeScore(Results):
+    """What a network did before one plant, or the mean over several."""
+
+    #: Fitness.
+    fitness: float
+    #: Share of right decisions of all nodes of the path.
+    right: float
+    #: Share of plants that went the whole path.
+    whole: float
+    #: Mean light on the next node of the path less that on all others, in lamps at full power; at most 1.
+    aim: float
+    #: Hours of lamp light.
+    lit_h: float
+
+
+class EvolvedRule(Results):
+    """A rule that an evolution made."""
+
+    #: Name of the rule.
+    name: str
+    #: Seed of the evolution.
+    seed: int
+    #: What its network did on fresh plants of the model.
+    test: NodeScore
+    _kinds = {"test": NodeScore}
+
+
+class WallScenarioResults(Results):
+    """What became of the plants before one wall."""
+
+    #: Name of the wall.
+    name: str
+    #: Number of its nodes.
+    nodes: int
+    #: Each rule.
+    rules: list[NodeRuleResults]
+    _kinds = {"rules": NodeRuleResults}
+
+
+class WallStudyResults(Results):
+    """The results of a `WallStudyPlan`."""
+
+    #: Always true.
+    is_virtual: bool
+    #: Number of plants before each wall.
+    plants: int
+    #: The rules that evolutions made.
+    evolved: list[EvolvedRule]
+    #: Each wall, in the order of the study.
+    walls: list[WallScenarioResults]
+    _kinds = {"evolved": EvolvedRule, "walls": WallScenarioResults}
+
+
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class AcceptancePlan(Plan[AcceptanceResults]):
     """Compares virtual beans of a species with what is published on *Phaseolus vulgaris*."""
@@ -1381,6 +1440,18 @@ class WallPlan(Plan[WallResults]):
     replace: bool | None = None
 
 
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class WallStudyPlan(Plan[WallStudyResults]):
+    """Tests rules of nodes on many walls, in a folder that can be resumed."""
+
+    workflow: ClassVar[str] = "wall_study"
+    results = WallStudyResults
+    roles: ClassVar[Mapping[str, str]] = {"config": "settings", "out": "path"}
+    config: AnySettings | None = None
+    out: PathLike | None = None
+    resume: bool | None = None
+
+
 def acceptance(
     *,
     species: AnySettings | None = None,
@@ -1404,7 +1475,7 @@ def acceptance(
     Returns
     -------
     AcceptanceResults
-        What the command `tropism acceptance` prints with --json.
+        What the command `tropism grow --check` prints with --json.
 
     Raises
     ------
@@ -2306,7 +2377,7 @@ def guide(
     Returns
     -------
     GuideResults
-        What the command `tropism guide` prints with --json.
+        What the command `tropism track --guide` prints with --json.
 
     Raises
     ------
@@ -2361,7 +2432,7 @@ def kinematics(
     Returns
     -------
     KinematicsResults
-        What the command `tropism kinematics` prints with --json.
+        What the command `tropism grow --kinematics` prints with --json.
 
     Raises
     ------
@@ -2447,7 +2518,7 @@ def recovery(
     Returns
     -------
     RecoveryResults
-        What the command `tropism recovery` prints with --json.
+        What the command `tropism calibrate --recover` prints with --json.
 
     Raises
     ------
@@ -2489,7 +2560,7 @@ def replicates(
     Returns
     -------
     ReplicatesResults
-        What the command `tropism replicates` prints with --json.
+        What the command `tropism study` prints with --json.
 
     Raises
     ------
@@ -3370,3 +3441,48 @@ def wall(
             threads=threads,
         )
     )
+
+
+def wall_study(
+    config: AnySettings,
+    *,
+    out: PathLike = "walls",
+    resume: bool = False,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> WallStudyResults:
+    """Tests rules of nodes on many walls, in a folder that can be resumed.
+
+    Parameters
+    ----------
+    config : AnySettings
+        Everything that decides the results.
+    out : PathLike, default "walls"
+        Folder for networks, figures and results.
+    resume : bool, default False
+        Whether to continue in `out`.
+    monitor : Monitor or False, default None
+        What hears of the work: None shows progress on stderr, False shows nothing.
+    threads : int, default None
+        Number of threads; None is one a core. Results do not depend on it.
+
+    Returns
+    -------
+    WallStudyResults
+        What the command `tropism study` prints with --json.
+
+    Raises
+    ------
+    PlanError
+        If the plan cannot be executed; the text names the key.
+    TropismError
+        If the work fails.
+
+    Examples
+    --------
+    >>> [wall] = wall_study({"plants": 2, "walls": [{"name": "a"}]}, out="walls", monitor=False).walls
+    >>> [rule] = wall.rules
+    >>> rule.whole.of
+    2
+    """
+    return execute(WallStudyPlan(config=config, out=out, resume=resume, monitor=monitor, threads=threads))

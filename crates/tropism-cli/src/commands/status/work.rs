@@ -30,7 +30,7 @@ pub(super) fn text(status: &WorkStatus) -> String {
         text += &format!("saved {} ago\n", units::time(*age));
     }
     if process.is_none() && !is_shared {
-        let command = if *work == "replicates" { "study" } else { work };
+        let command = if matches!(*work, "replicates" | "wall_study") { "study" } else { work };
         let free = if *work == "tune" { ", if no program works on it" } else { "" };
         text += &format!("next{free}: tropism {command} --out {} --resume", shell_word(folder));
     }
@@ -48,6 +48,7 @@ fn result(work: &str, folder: &Path) -> Option<String> {
         "sweep" => "sweep.csv",
         "evolve" | "baseline" => "champion.json",
         "replicates" => "replicates.json",
+        "wall_study" => "walls.json",
         "forecast" => "forecast.json",
         "calibrate" => "bean.toml",
         _ => return None,

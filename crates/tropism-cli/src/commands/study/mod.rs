@@ -1,6 +1,7 @@
 //! `tropism study`: the paper, end to end.
 
 mod replicates;
+mod walls;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,6 +12,7 @@ use serde::de::IgnoredAny;
 use tropism_lab::files;
 use tropism_lab::replicates::{ReplicatesConfig, ReplicatesPlan};
 use tropism_lab::study::{StudyConfig, StudyPlan, StudyResults};
+use tropism_lab::wall::{WallStudyConfig, WallStudyPlan};
 use tropism_lab::{Error, Work};
 
 use crate::options::BeanOption;
@@ -25,13 +27,15 @@ use crate::units::UnitsOption;
 /// same results as without an interruption. `tropism status DIR` shows how far it is.
 ///
 /// A study file with `replicates` compares methods instead: each replicate makes controllers from the tracks of its own
-/// plants, and all steer the same unseen plants. studies/robust.toml does this for four kinds of plants.
+/// plants, and all steer the same unseen plants. studies/robust.toml does this for four kinds of plants. One with `walls` tests
+/// nodes that steer together; studies/wall.toml evolves some, too.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism study --quick\n  \
     tropism study studies/paper.toml --out mine --seed 7\n  \
     tropism study --out mine --resume\n  \
-    tropism study studies/robust.toml --out robust")]
+    tropism study studies/robust.toml --out robust\n  \
+    tropism study studies/wall.toml --out walls")]
 pub(crate) struct Study {
     /// Study file; the paper by default
     #[arg(value_name = "STUDY.toml")]
@@ -80,10 +84,19 @@ impl Study {
                 let plan = ReplicatesPlan::of_folder(&out)?;
                 return self.units.execute(&plan, shell, |results| replicates::text(results, &plan.out));
             }
+            if out.join(WallStudyPlan::RECORD).exists() {
+                self.check_keeps_nothing()?;
+                let plan = WallStudyPlan::of_folder(&out)?;
+                return self.units.execute(&plan, shell, |results| walls::text(results, &plan.out));
+            }
             let plan = StudyPlan { keep_photographs, ..StudyPlan::of_folder(&out)? };
             return self.units.execute(&plan, shell, text);
         }
-        if let Some(path) = self.file.as_deref().filter(|path| names_replicates(path)) {
+        if let Some(path) = self.file.as_deref().filter(|path| names_one_of(path, &["walls"])) {
+            return self.test_walls(path, shell);
+        }
+        let keys = ["replicates", "methods", "scenarios"];
+        if let Some(path) = self.file.as_deref().filter(|path| names_one_of(path, &keys)) {
             return self.compare(path, shell);
         }
         let mut config = match (&self.file, self.quick) {
@@ -119,6 +132,18 @@ impl Study {
         Ok(())
     }
 
+    /// Tests rules of nodes on many walls.
+    fn test_walls(&self, path: &Path, shell: &Shell) -> Result<()> {
+        ensure!(self.bean.load()?.is_none(), "--bean does not go with a study of walls");
+        self.check_keeps_nothing()?;
+        let mut config = WallStudyConfig::read(path)?;
+        config.seed = self.seed.unwrap_or(config.seed);
+        config.check().map_err(Error::at(path.display()))?;
+        let out = self.out.clone().unwrap_or_else(|| "tropism-walls".into());
+        let plan = WallStudyPlan { out, resume: self.resume, config };
+        self.units.execute(&plan, shell, |results| walls::text(results, &plan.out))
+    }
+
     /// Compares methods over replicates.
     fn compare(&self, path: &Path, shell: &Shell) -> Result<()> {
         ensure!(
@@ -136,11 +161,11 @@ impl Study {
     }
 }
 
-/// Whether a study file compares replicates: each of these keys says so, so a misspelt one is reported as such. What cannot
-/// be read is not said to.
-fn names_replicates(path: &Path) -> bool {
+/// Whether a study file has one of the keys that say of which kind it is, so that a misspelt one is reported as such. What cannot
+/// be read has none.
+fn names_one_of(path: &Path, keys: &[&str]) -> bool {
     let table = files::read_toml::<BTreeMap<String, IgnoredAny>>(path);
-    table.is_ok_and(|table| ["replicates", "methods", "scenarios"].iter().any(|key| table.contains_key(*key)))
+    table.is_ok_and(|table| keys.iter().any(|key| table.contains_key(*key)))
 }
 
 fn text(results: &StudyResults) -> String {

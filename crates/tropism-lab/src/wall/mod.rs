@@ -1,10 +1,15 @@
 //! Virtual plants before a wall of nodes: do the nodes lead them along the drawn path?
 //!
-//! In: a wall with its sensors, faults, rules for the nodes, and a seed. Out: for each rule the share of right decisions and of
+//! In: a wall with its sensors or cameras, faults, rules for the nodes, and a seed. Out: for each rule the share of right decisions and of
 //! whole paths over the same unseen plants. Plants are judged by their true apex; nodes know their sensors and messages only.
+//! [`EvolveNodesPlan`] makes a rule by evolution, [`WallStudyPlan`] tests rules, evolved ones too, on many walls, and
+//! [`WatchWallPlan`] watches a real wall.
+
+mod evolve;
+mod study;
+mod watch;
 
 use std::fmt::Write;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -12,21 +17,23 @@ use serde::{Deserialize, Serialize};
 use tropism::check;
 use tropism::math::statistics::{mean, wilson_interval};
 use tropism::nodes::{
-    Baseline, EvolvedNodes, NetworkNode, NodeController, NodeEvolution, NodeEvolutionConfig, NodeFaults,
-    NodeRow, NodeWall, Proximity, StateMachine, StateMachineSettings, WallPath,
+    Baseline, NetworkNode, NodeController, NodeFaults, NodeMessage, NodeRow, NodeWall, Proximity,
+    StateMachine, StateMachineSettings, WallPath,
 };
 use tropism::parallel;
-use tropism::plant::PlantModel;
-use tropism::plant::tip::TipModelConfig;
 use tropism::random::{self, Purpose};
-use tropism::simulation::ModelKind;
-use tropism::track::{PAPER_PERIOD_MIN, Track};
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::Species;
+use tropism_bean::render::NodeCamera;
 use tropism_bean::wall::{WallRun, WallTrial};
 use tropism_report::{Plants, WallPlant, files as figure_files, wall as wall_figure};
 use tropism_rig::node::NodeProcess;
 
-use crate::model::{self, Model};
+pub use self::evolve::{EvolveNodesPlan, NodesFile};
+pub use self::study::{
+    EvolvedRule, WallScenario, WallScenarioResults, WallStudyConfig, WallStudyPlan, WallStudyResults,
+};
+pub use self::watch::{WatchWallPlan, WatchWallResults, WatchedNode};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Plants that a thread grows side by side. Chosen: two groups of vector lanes, few enough for several threads.
@@ -46,6 +53,9 @@ pub struct WallFile {
     /// The proximity sensor of each node.
     #[serde(default)]
     pub sensor: Proximity,
+    /// A camera in each node instead. Evolution keeps to the proximity sensor: its models have no pictures.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<NodeCamera>,
     /// The state machine of each node.
     #[serde(default)]
     pub machine: StateMachineSettings,
@@ -56,6 +66,7 @@ impl Default for WallFile {
         Self {
             wall: NodeWall::three_levels(),
             sensor: Proximity::default(),
+            camera: None,
             machine: StateMachineSettings::default(),
         }
     }
@@ -82,6 +93,7 @@ impl WallFile {
     pub fn check(&self) -> Result<(), Error> {
         self.wall.check().map_err(Error::in_plan("wall"))?;
         self.sensor.check().map_err(Error::in_plan("sensor"))?;
+        self.camera.iter().try_for_each(NodeCamera::check).map_err(Error::in_plan("camera"))?;
         self.machine.check().map_err(Error::in_plan("machine"))
     }
 
@@ -101,10 +113,7 @@ impl WallFile {
         let known = || nodes.iter().map(|node| node.name.as_str()).collect::<Vec<_>>().join(", ");
         let unknown = || Error::Plan(format!("found node {name:?}, wanted {}", known()));
         let number = nodes.iter().position(|node| node.name == name).ok_or_else(unknown)?;
-        if self.wall.path == WallPath::Random {
-            return Err(Error::Plan("wall.path: found \"random\", wanted the names of its nodes".to_owned()));
-        }
-        let path = self.wall.path_of(0);
+        let path = self.drawn_path()?;
         let place = path.iter().position(|&other| other == number);
         let at = |place: usize| path.get(place).map(|&other| of(other));
         let process = NodeProcess {
@@ -119,6 +128,17 @@ impl WallFile {
         };
         process.check().map_err(Error::Plan)?;
         Ok(process)
+    }
+
+    /// Numbers of the nodes on the path, lowest first.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] if the path is random.
+    pub fn drawn_path(&self) -> Result<Vec<usize>, Error> {
+        if self.wall.path == WallPath::Random {
+            return Err(Error::Plan("wall.path: found \"random\", wanted the names of its nodes".to_owned()));
+        }
+        Ok(self.wall.path_of(0))
     }
 
     /// What may go wrong on this wall, in words.
@@ -138,6 +158,7 @@ impl WallFile {
 
 /// A rule that runs in every node.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum NodeRule {
     /// The hand-written state machine.
@@ -185,40 +206,6 @@ impl NodeRule {
                 Box::new(move || Box::new(node.clone()))
             }
         })
-    }
-}
-
-/// A file of evolved nodes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NodesFile {
-    /// `tropism.nodes/1`.
-    pub schema: String,
-    /// Whether the model is of virtual plants.
-    pub is_virtual: bool,
-    /// SHA-256 of the model on which the nodes were evolved, in hexadecimal.
-    pub model_sha256: String,
-    /// The nodes.
-    pub nodes: EvolvedNodes,
-}
-
-/// Schema of a [`NodesFile`].
-const NODES_SCHEMA: &str = "tropism.nodes/1";
-
-impl NodesFile {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// [`Error`] names the file and what is wrong.
-    pub fn read(path: &Path) -> Result<Self, Error> {
-        let problem = |problem: String| Error::Plan(format!("{}: {problem}", path.display()));
-        let text = files::read_text(path)?;
-        let file: Self = serde_json::from_str(&text).map_err(|error| problem(error.to_string()))?;
-        if file.schema != NODES_SCHEMA {
-            return Err(problem(format!("found schema {:?}, wanted {NODES_SCHEMA:?}", file.schema)));
-        }
-        file.nodes.detector.check().map_err(|error| problem(error.to_string()))?;
-        Ok(file)
     }
 }
 
@@ -337,7 +324,7 @@ pub struct PlantOnWall {
     /// Steps with the plant.
     pub steps: u32,
     /// Nodes whose lamp was dead.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dead_lamps: Vec<String>,
 }
 
@@ -410,6 +397,7 @@ impl WallPlan {
         WallTrial {
             wall: self.file.wall.clone(),
             sensor: self.file.sensor.clone(),
+            camera: self.file.camera.clone(),
             faults: self.faults,
             scale: self.variation,
             period_min: self.period_min,
@@ -498,21 +486,23 @@ impl WallPlan {
 
     /// A row for each node and step.
     fn journal(&self, rows: &[NodeRow]) -> String {
-        let mut text = "step,node,reading,level,sees,done,lamp_is_dead\n".to_owned();
-        for NodeRow { step, node, message } in rows {
-            let reading = message.reading.map_or(String::new(), |reading| format!("{reading:.4}"));
-            let _ = writeln!(
-                text,
-                "{step},{},{reading},{},{},{},{}",
-                self.file.wall.nodes[*node].name,
-                message.level,
-                u8::from(message.sees),
-                u8::from(message.done),
-                u8::from(message.lamp_is_dead)
-            );
+        let mut text = JOURNAL_HEAD.to_owned();
+        for row in rows {
+            let _ = writeln!(text, "{}", journal_row(&self.file.wall, row));
         }
         text
     }
+}
+
+/// The head of a journal of nodes.
+const JOURNAL_HEAD: &str = "step,node,reading,level,sees,done,lamp_is_dead\n";
+
+/// What a node said, as a row of a journal.
+fn journal_row(wall: &NodeWall, NodeRow { step, node, message }: &NodeRow) -> String {
+    let NodeMessage { reading, level, sees, done, lamp_is_dead, .. } = message;
+    let reading = reading.map_or(String::new(), |reading| format!("{reading:.4}"));
+    let [sees, done, lamp_is_dead] = [sees, done, lamp_is_dead].map(|&is| u8::from(is));
+    format!("{step},{},{reading},{level},{sees},{done},{lamp_is_dead}", wall.nodes[*node].name)
 }
 
 fn plant((number, run): (u32, &WallRun)) -> WallPlant {
@@ -525,134 +515,5 @@ fn plant((number, run): (u32, &WallRun)) -> WallPlant {
             .iter()
             .map(|decision| ([decision.apex[0], decision.apex[1]], decision.is_right))
             .collect(),
-    }
-}
-
-/// Evolves the network of all nodes: plants before the wall, a model of them in space, evolution on the model.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct EvolveNodesPlan {
-    /// The wall.
-    pub file: WallFile,
-    /// File of a model in space of plants before this wall; none makes one of virtual plants.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub model: Option<PathBuf>,
-    /// Settings of the evolution.
-    pub config: NodeEvolutionConfig,
-    /// Virtual plants of which a model is made, 2 to 10000.
-    pub open_loop_plants: u32,
-    /// Species of the plants.
-    pub species: Species,
-    /// Individual variation as a multiple of that of the species, 0 to 2.
-    pub variation: f64,
-    /// Seed of all random numbers.
-    pub seed: u64,
-    /// File for the nodes.
-    pub out: PathBuf,
-    /// Whether a file that is there is replaced.
-    pub replace: bool,
-}
-
-impl Default for EvolveNodesPlan {
-    fn default() -> Self {
-        Self {
-            file: WallFile::default(),
-            model: None,
-            config: NodeEvolutionConfig::default(),
-            open_loop_plants: 24,
-            species: Species::default(),
-            variation: 1.0,
-            seed: 1,
-            out: "nodes.json".into(),
-            replace: false,
-        }
-    }
-}
-
-/// Steps of an open-loop plant before the wall, and hours between two changes of its lamps. Chosen: 50 h, in which the bean
-/// grows past three levels; and the paper's six hours (section 2.2.1).
-const OPEN_LOOP: (u32, f64) = (600, 6.0);
-
-impl Workflow for EvolveNodesPlan {
-    type Results = NodesFile;
-
-    const SCHEMA: &'static str = "tropism.evolve-nodes/1";
-
-    fn check(&self) -> Result<(), Error> {
-        self.file.check()?;
-        self.species.check().map_err(Error::in_plan("species"))?;
-        self.config.check().map_err(Error::in_plan("config"))?;
-        check::within("open_loop_plants", self.open_loop_plants, 2..=10_000)
-            .and_then(|()| check::within("variation", self.variation, 0.0..=2.0))
-            .map_err(|error| Error::Plan(error.to_string()))?;
-        if self.out.exists() && !self.replace {
-            return Err(Error::Plan(format!(
-                "{}: a file is here already: choose a new one (`out`), or replace it by `replace`",
-                self.out.display()
-            )));
-        }
-        Ok(())
-    }
-
-    fn perform(&self, monitor: &dyn Monitor) -> Result<NodesFile, Error> {
-        let model = match &self.model {
-            Some(path) => self.read_model(path)?,
-            None => self.fit_model(monitor)?,
-        };
-        let evolution = NodeEvolution {
-            wall: &self.file.wall,
-            sensor: &self.file.sensor,
-            detector: self.file.machine.detector,
-            model: &model,
-            config: &self.config,
-        };
-        monitor.stage("generations", u64::from(self.config.runs) * u64::from(self.config.generations));
-        let watch = |best: f64| {
-            monitor.advance(1);
-            monitor.status(&format!("best {best:.2}"));
-            if monitor.may_go_on() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        };
-        let evolved = evolution.evolve(self.seed, &watch).map_err(|error| Error::Plan(error.to_string()))?;
-        let nodes = evolved.ok_or_else(Error::cancelled)?;
-        let model_sha256 = files::sha256(model.to_json().as_bytes());
-        let is_virtual = model.is_virtual();
-        let file = NodesFile { schema: NODES_SCHEMA.to_owned(), is_virtual, model_sha256, nodes };
-        let text = serde_json::to_string_pretty(&file).expect("numbers and texts");
-        files::write(&self.out, text.as_bytes())?;
-        Ok(file)
-    }
-}
-
-impl EvolveNodesPlan {
-    /// The model in `path`, which must be of stems in space before this wall.
-    fn read_model(&self, path: &Path) -> Result<Model, Error> {
-        let model = model::read(path)?;
-        let layout = self.file.wall.layout().map_err(|error| Error::Plan(error.to_string()))?;
-        let problem = if !model.kind().is_in_space() {
-            "a model that is not in space: fit one with `tropism fit --kind space`"
-        } else if *model.layout() != layout {
-            "a model of other lamps, wanted one whose lamps have the names and places of the wall's nodes"
-        } else {
-            return Ok(model);
-        };
-        Err(Error::Plan(format!("found {problem} ({})", path.display())))
-    }
-
-    /// A model of virtual plants that grow open loop before the wall.
-    fn fit_model(&self, monitor: &dyn Monitor) -> Result<Model, Error> {
-        let trial = WallTrial {
-            wall: self.file.wall.clone(),
-            scale: self.variation,
-            ..WallTrial::new(self.species.clone())
-        };
-        monitor.stage("open-loop plants", self.open_loop_plants.into());
-        let tracks = parallel::try_map(self.open_loop_plants as usize, |plant| {
-            let seed = random::derive(self.seed, Purpose::Plant, plant as u64);
-            let track = trial.open_loop(seed, OPEN_LOOP.0, OPEN_LOOP.1);
-            monitor.advance(1);
-            if monitor.may_go_on() { Ok(track) } else { Err(Error::cancelled()) }
-        })?;
-        let tracks: Vec<&Track> = tracks.iter().collect();
-        Ok(ModelKind::SPACE.fit(&tracks, &TipModelConfig::default(), true)?)
     }
 }

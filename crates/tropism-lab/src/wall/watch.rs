@@ -1,0 +1,372 @@
+//! A real wall, watched: what its nodes say, and when they must all be dark.
+//!
+//! In: a wall with a drawn path, the broker and the name of the experiment. Out: a journal with a row for each node and step, and what
+//! happened in words. Nodes steer without it.
+
+use std::cell::{Cell, RefCell};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use tropism::nodes::{NodeMessage, NodeRow};
+use tropism_rig::broker::Broker;
+use tropism_rig::wall_watch::{Heard, WallWatch};
+
+use super::{JOURNAL_HEAD, WallFile, journal_row};
+use crate::{Error, Monitor, Workflow, files};
+
+/// Steps for which too many lamps may be lit, or one that is not on the path. Chosen: a hand-over is over within two, and a lost
+/// message is repeated.
+const PATIENCE_STEPS: u32 = 3;
+/// Steps after which a node that says nothing is told of. Chosen: one message may be lost.
+const SILENT_STEPS: u32 = 3;
+/// How long the broker may take to answer for the first time.
+const BROKER_PATIENCE: Duration = Duration::from_secs(60);
+
+/// Watches the nodes of a wall.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct WatchWallPlan {
+    /// The wall, with a drawn path.
+    pub file: WallFile,
+    /// Name of the experiment.
+    pub experiment: String,
+    /// The broker.
+    pub broker: Broker,
+    /// Whether all nodes are told to steer: the plant is there.
+    pub start: bool,
+    /// Whether all nodes are told to be dark, and nothing is watched.
+    pub dark: bool,
+    /// Lamps that may be lit at once, 1 to 16; when more are for three steps, all nodes are told to be dark.
+    pub most_lit: u8,
+    /// Folder for the journal; none writes none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub out: Option<PathBuf>,
+}
+
+impl Default for WatchWallPlan {
+    fn default() -> Self {
+        Self {
+            file: WallFile::default(),
+            experiment: String::new(),
+            broker: Broker::new("127.0.0.1", 1883),
+            start: false,
+            dark: false,
+            most_lit: 2,
+            out: None,
+        }
+    }
+}
+
+/// A node as it was heard last.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WatchedNode {
+    /// Its name.
+    pub name: String,
+    /// Whether it is on the path.
+    pub is_on_path: bool,
+    /// Messages that were heard of it.
+    pub messages: u32,
+    /// Its latest message.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latest: Option<NodeMessage>,
+    /// Whether it is alive, as far as the broker tells.
+    pub is_alive: bool,
+}
+
+/// The results of a [`WatchWallPlan`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WatchWallResults {
+    /// Each node, in the order of the wall.
+    pub nodes: Vec<WatchedNode>,
+    /// Whether all nodes of the path are done.
+    pub is_done: bool,
+    /// Why all nodes were told to be dark, if they were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dark: Option<String>,
+    /// The journal, if one was written.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub journal: Option<PathBuf>,
+}
+
+impl Workflow for WatchWallPlan {
+    type Results = WatchWallResults;
+
+    const SCHEMA: &'static str = "tropism.watch-wall/1";
+
+    fn check(&self) -> Result<(), Error> {
+        self.file.check()?;
+        Error::check_range("most_lit", self.most_lit, 16)?;
+        self.broker.check().map_err(Error::Plan)?;
+        self.file.drawn_path()?;
+        self.watch().check().map_err(Error::Plan)?;
+        if self.start && self.dark {
+            return Err(Error::Plan("found both `start` and `dark`, wanted one of the two".to_owned()));
+        }
+        Ok(())
+    }
+
+    /// Until all nodes of the path are done and dark, or until `monitor` asks for an end: that is no failure.
+    fn perform(&self, monitor: &dyn Monitor) -> Result<WatchWallResults, Error> {
+        let mut wall = Watched::new(self)?;
+        let journal = self.out.as_deref().map(|out| self.journal(out)).transpose()?;
+        let failure: RefCell<Option<Error>> = RefCell::new(None);
+        let is_over = Cell::new(false);
+        let order = if self.dark { Some(false) } else { self.start.then_some(true) };
+        if self.dark {
+            wall.dark = Some("you asked for it".to_owned());
+        }
+        let mut hear = |heard: Heard| {
+            if let (Heard::Said(node, message), Some((path, file))) = (heard, &journal) {
+                let row = NodeRow { step: message.step, node, message };
+                let written = writeln!(&*file, "{}", journal_row(&self.file.wall, &row));
+                if let Err(error) = written {
+                    *failure.borrow_mut() = Some(Error::at(path.display())(error));
+                }
+            }
+            let order = wall.hear(heard, &mut |text| monitor.note(&text));
+            is_over.set(if self.dark { wall.is_dark() } else { wall.is_done() && wall.is_dark() });
+            order
+        };
+        let ends = || is_over.get() || failure.borrow().is_some() || !monitor.may_go_on();
+        self.watch()
+            .run(&self.broker, order, BROKER_PATIENCE, &ends, &mut hear)
+            .map_err(|error| Error::Failed(error.to_string()))?;
+        if let Some(error) = failure.into_inner() {
+            return Err(error);
+        }
+        let is_done = wall.is_done();
+        let journal = journal.map(|(path, _)| path);
+        Ok(WatchWallResults { nodes: wall.nodes, is_done, dark: wall.dark, journal })
+    }
+}
+
+impl WatchWallPlan {
+    fn watch(&self) -> WallWatch {
+        let names = self.file.wall.nodes.iter().map(|node| node.name.clone()).collect();
+        WallWatch { experiment: self.experiment.clone(), names }
+    }
+
+    /// The journal in a folder, which goes on if it is there; and the wall beside it.
+    fn journal(&self, out: &Path) -> Result<(PathBuf, std::fs::File), Error> {
+        files::make_folder(out)?;
+        let wall = out.join("wall.toml");
+        files::write(&wall, files::toml_of(&wall, &self.file)?.as_bytes())?;
+        let path = out.join("nodes.csv");
+        let is_new = !path.exists();
+        let open = || std::fs::File::options().append(true).create(true).open(&path);
+        let mut file = open().map_err(Error::at(path.display()))?;
+        if is_new {
+            file.write_all(JOURNAL_HEAD.as_bytes()).map_err(Error::at(path.display()))?;
+        }
+        Ok((path, file))
+    }
+}
+
+/// A wall as it was heard so far.
+struct Watched {
+    path: Vec<usize>,
+    most_lit: usize,
+    nodes: Vec<WatchedNode>,
+    /// Whether each node was told of as silent.
+    silent: Vec<bool>,
+    /// The latest step of any node.
+    step: u32,
+    /// Since which step the lamps are not as they may be, and how.
+    wrong: Option<(u32, String)>,
+    dark: Option<String>,
+}
+
+impl Watched {
+    fn new(plan: &WatchWallPlan) -> Result<Self, Error> {
+        let path = plan.file.drawn_path()?;
+        let node = |(number, node): (usize, &tropism::nodes::NodeSpec)| WatchedNode {
+            name: node.name.clone(),
+            is_on_path: path.contains(&number),
+            messages: 0,
+            latest: None,
+            is_alive: true,
+        };
+        let nodes: Vec<WatchedNode> = plan.file.wall.nodes.iter().enumerate().map(node).collect();
+        let silent = vec![false; nodes.len()];
+        let most_lit = plan.most_lit.into();
+        Ok(Self { path, most_lit, nodes, silent, step: 0, wrong: None, dark: None })
+    }
+
+    /// Takes what was heard, and tells what is new in words. Returns the order to be dark when it must be given.
+    fn hear(&mut self, heard: Heard, tell: &mut dyn FnMut(String)) -> Option<bool> {
+        match heard {
+            Heard::Started(is_started) => {
+                tell(if is_started { "the nodes steer" } else { "the nodes are told to be dark" }.to_owned());
+                None
+            }
+            Heard::Alive(number, is_alive) => {
+                let node = &mut self.nodes[number];
+                if node.is_alive != is_alive {
+                    tell(format!(
+                        "{}: {}",
+                        node.name,
+                        if is_alive { "alive again" } else { "warning: it has ended" }
+                    ));
+                }
+                node.is_alive = is_alive;
+                None
+            }
+            Heard::Said(number, message) => {
+                let node = &mut self.nodes[number];
+                let before = node.latest.replace(message).unwrap_or_default();
+                node.messages += 1;
+                let changes = [
+                    (before.sees, message.sees, "sees the plant"),
+                    (before.done, message.done, "done"),
+                    (before.level > 0, message.level > 0, "lit"),
+                    (before.lamp_is_dead, message.lamp_is_dead, "warning: its lamp does not light up"),
+                ];
+                for (_, _, text) in changes.into_iter().filter(|(was, is, _)| is & !was) {
+                    tell(format!("{}: {text}", node.name));
+                }
+                self.step = self.step.max(message.step);
+                self.tell_silent(tell);
+                self.judge()
+            }
+        }
+    }
+
+    /// Tells once of each node that says nothing any more.
+    fn tell_silent(&mut self, tell: &mut dyn FnMut(String)) {
+        for (node, was_silent) in self.nodes.iter().zip(&mut self.silent) {
+            let is_silent =
+                node.latest.is_some_and(|latest| self.step.saturating_sub(latest.step) > SILENT_STEPS);
+            if is_silent && !*was_silent {
+                tell(format!("{}: warning: not heard for {SILENT_STEPS} steps", node.name));
+            }
+            *was_silent = is_silent;
+        }
+    }
+
+    /// Numbers of the nodes that said lately that they are lit.
+    fn lit(&self) -> impl Iterator<Item = usize> {
+        let is_lit = |node: &WatchedNode| {
+            node.latest.is_some_and(|latest| {
+                latest.level > 0 && self.step.saturating_sub(latest.step) <= SILENT_STEPS
+            })
+        };
+        (0..self.nodes.len()).filter(move |&number| is_lit(&self.nodes[number]))
+    }
+
+    /// Whether the lamps are as they may be; the order to be dark if they have not been for some steps.
+    fn judge(&mut self) -> Option<bool> {
+        let lit: Vec<usize> = self.lit().collect();
+        let off_path = lit.iter().find(|number| !self.path.contains(number));
+        let problem = match off_path {
+            Some(&number) => format!("{} is lit and not on the path", self.nodes[number].name),
+            None if lit.len() > self.most_lit => {
+                format!("{} lamps are lit, of which {} may be", lit.len(), self.most_lit)
+            }
+            None => {
+                self.wrong = None;
+                return None;
+            }
+        };
+        let (since, _) = self.wrong.get_or_insert((self.step, problem.clone()));
+        if self.dark.is_some() || self.step - *since < PATIENCE_STEPS {
+            return None;
+        }
+        self.dark = Some(problem);
+        Some(false)
+    }
+
+    fn is_dark(&self) -> bool {
+        self.lit().next().is_none()
+    }
+
+    /// Whether all nodes of the path are done.
+    fn is_done(&self) -> bool {
+        let is_done = |&number: &usize| self.nodes[number].latest.is_some_and(|latest| latest.done);
+        self.path.iter().all(is_done)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tropism::nodes::WallPath;
+
+    use super::*;
+
+    fn plan() -> WatchWallPlan {
+        let mut plan = WatchWallPlan { experiment: "june".to_owned(), ..WatchWallPlan::default() };
+        plan.file.wall.path = WallPath::Drawn(["left1", "right2", "left3"].map(str::to_owned).to_vec());
+        plan
+    }
+
+    fn said(number: usize, step: u32, level: u8, done: bool) -> Heard {
+        Heard::Said(number, NodeMessage { step, level, done, ..NodeMessage::default() })
+    }
+
+    #[test]
+    fn a_hand_over_is_told_and_nothing_is_put_dark() {
+        let mut wall = Watched::new(&plan()).unwrap();
+        let mut told = Vec::new();
+        let path = wall.path.clone();
+        let mut hear = |wall: &mut Watched, heard| wall.hear(heard, &mut |text| told.push(text));
+        hear(&mut wall, Heard::Alive(0, true));
+        hear(&mut wall, Heard::Alive(0, false));
+        for (place, &number) in path.iter().enumerate() {
+            for step in 0..5 {
+                let step = 5 * place as u32 + step + 1;
+                assert_eq!(hear(&mut wall, said(number, step, 255, false)), None);
+                if place > 0 {
+                    // The one before is still lit for a step.
+                    let level = if step % 5 == 1 { 255 } else { 0 };
+                    assert_eq!(hear(&mut wall, said(path[place - 1], step, level, true)), None);
+                }
+            }
+        }
+        assert!(!wall.is_done() && !wall.is_dark());
+        hear(&mut wall, said(path[2], 16, 0, true));
+        assert!(wall.is_done() && wall.is_dark() && wall.dark.is_none());
+        let wanted = ["left1: warning: it has ended", "left1: lit", "right2: lit", "left1: done"];
+        assert_eq!(told[..4], wanted, "{told:?}");
+    }
+
+    #[test]
+    fn lamps_that_must_not_be_lit_put_all_dark_after_some_steps() {
+        // One that is not on the path; and more than may be lit.
+        for numbers in [vec![1], vec![0, 3, 4]] {
+            let mut wall = Watched::new(&plan()).unwrap();
+            let mut orders = Vec::new();
+            for step in 1..8 {
+                for &number in &numbers {
+                    let order = wall.hear(said(number, step, 255, false), &mut |_| {});
+                    orders.extend(order.map(|order| (step, order)));
+                }
+            }
+            assert_eq!(orders, [(1 + PATIENCE_STEPS, false)], "once");
+            assert!(wall.dark.is_some());
+        }
+    }
+
+    #[test]
+    fn a_node_that_is_not_heard_is_told_once_and_does_not_count_as_lit() {
+        let mut wall = Watched::new(&plan()).unwrap();
+        let mut told = Vec::new();
+        wall.hear(said(0, 1, 255, false), &mut |_| {});
+        for step in 2..9 {
+            wall.hear(said(3, step, 0, false), &mut |text| told.push(text));
+        }
+        assert_eq!(told, ["left1: warning: not heard for 3 steps"]);
+        assert!(wall.is_dark());
+    }
+
+    #[test]
+    fn a_random_path_and_a_name_that_cannot_stand_in_a_topic_are_refused() {
+        let refused = |plan: &WatchWallPlan| plan.check().unwrap_err().to_string();
+        assert!(
+            refused(&WatchWallPlan { experiment: "june".to_owned(), ..WatchWallPlan::default() })
+                .contains("random")
+        );
+        assert!(refused(&WatchWallPlan { experiment: "a/b".to_owned(), ..plan() }).contains("found name"));
+        assert!(refused(&WatchWallPlan { start: true, dark: true, ..plan() }).contains("start"));
+    }
+}
