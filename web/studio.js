@@ -1,7 +1,7 @@
 // What stands in for the studio in a browser: the same questions of the same pages, answered by the program in the page.
 // @ts-check
 import { num, toast } from "../crates/tropism-studio/assets/dom.js";
-import { carried, lead } from "./engine.js";
+import { Engine, carried, lead } from "./engine.js";
 import { Evolution } from "./evolution.js";
 
 export * from "../crates/tropism-studio/assets/dom.js";
@@ -42,8 +42,13 @@ async function steerer({ who, at, lights }) {
   return { file };
 }
 
+/** What the wall of nodes needs. @type {Engine | null} */
+let whole = null;
+
 /** @type {Record<string, (values: any) => any>} */
 const ANSWERS = {
+  "api/wall": () => (whole ??= new Engine("whole")).ask({ nodes: {} }),
+  "api/wall/try": ({ path, rule, seed }) => (whole ??= new Engine("whole")).ask({ wall: { path: path.split(","), rule, seed } }),
   "api/reach": () => JSON.parse(carried("reach")),
   "api/items": () => ({ items: [], queue: [] }),
   "api/models": () => ({ models: [] }),

@@ -162,6 +162,7 @@ test("every page is accessible and fits, on phone and desk, light and dark", asy
     "compare?at=transfer",
     "work?at=transfer",
     "work?at=rule.json",
+    "wall",
     "begin",
     "devices",
     "login",

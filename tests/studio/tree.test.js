@@ -37,6 +37,7 @@ test("each page is read in its order", { skip: EMULATES ? false : "the trees are
     tune: ["tune?at=bean", /(button "found[^]*){12}/],
     compare: ["compare?at=evolution", /(img:[^]*){2}/],
     work: ["work?at=transfer", /row "greedy/],
+    wall: ["wall", /the end/],
     login: ["login", /textbox "Token"/],
   };
   const unlike = [];

@@ -7,12 +7,16 @@ mod trial;
 mod commands;
 mod evolution;
 mod champion;
+mod wall;
 
 pub use champion::{ShownChampion, ShownFigure, ShownPath, champion, figure};
 pub use commands::{MODELS, Method, TRACKS, commands, model_of, rule_file};
 pub use drawing::{Drawing, Form};
 pub use evolution::{Curves, ShownGeneration, curves};
 pub use trial::{Frame, MOST_STEPS, TriedBean, schedule_of, thinned, try_out};
+pub use wall::{
+    GrownBeforeWall, NodeState, ShownNode, ShownWall, WallPicture, WallRule, grow_before_wall, shown,
+};
 
 /// What a page asked for cannot be done: a sentence for people.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -16,6 +16,7 @@ const PAGES = [
   ["devices", "devices", "Devices"],
   ["tune", "tune", "Tune vision"],
   ["compare", "compare", "Compare"],
+  ["wall", "wall", "Nodes"],
 ];
 /** Draws head and foot of the page. */
 function frame() {

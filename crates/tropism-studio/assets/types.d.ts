@@ -284,6 +284,14 @@ export type FrameStatus = "ok" | "corrupt" | "foreign" | "dark" | "no_plant" | "
 /** That a run is not here any more. */
 export type Gone = "gone";
 
+/** A plant that grew before a wall, to its end. */
+export interface GrownBeforeWall {
+  /** Pictures, a quarter of an hour apart at five minutes a step. */
+  pictures: WallPicture[];
+  /** Whether the tip passed each level on the side of the path, lowest first; fewer if it did not get there. */
+  right: boolean[];
+}
+
 /** A piece of work as a row of the overview. */
 export interface Item {
   /** Its place below the folder. */
@@ -340,7 +348,7 @@ export interface JobLog {
 export type JobState = "waiting" | "running" | "done" | "failed" | "stopped";
 
 /** A kind of work. */
-export type Kind = "run" | "evolution" | "study" | "sweep" | "transfer" | "replicates" | "rule";
+export type Kind = "run" | "evolution" | "study" | "sweep" | "transfer" | "replicates" | "walls" | "rule";
 
 /** An event of a run. */
 export interface LatestEvent {
@@ -376,6 +384,16 @@ export type Mode = "paper" | "robust";
 /** Files of models in the folder. */
 export interface Models {
   models: string[];
+}
+
+/** A node at one time. */
+export interface NodeState {
+  /** Whether the plant has reached it, or is taken to have. */
+  done: boolean;
+  /** Level of its lamp, 0 to 255. */
+  level: number;
+  /** Whether it sees the plant. */
+  sees: boolean;
 }
 
 /** One obstacle. */
@@ -682,6 +700,13 @@ export interface SavedTask {
   task: string;
 }
 
+/** A wall file that was written. */
+export interface SavedWall {
+  /** Commands that use it. */
+  commands: string[];
+  file: string;
+}
+
 /** What is seen in a photograph by itself, without those before it. */
 export interface Seen {
   /** 0 to 1. */
@@ -805,6 +830,14 @@ export interface ShownLamp {
   side: number;
 }
 
+/** A node and its place. */
+export interface ShownNode {
+  /** Its place, in cm to the right of the root and above the soil. */
+  at: [number, number];
+  /** Its name. */
+  name: string;
+}
+
 /** The path of a simulated plant. */
 export interface ShownPath {
   /** Fitness, in the unit of the task. */
@@ -884,6 +917,16 @@ export interface ShownStatus {
   still_lit: string | null;
   /** Decisions that no lamp confirmed. */
   unconfirmed: number;
+}
+
+/** A wall as it is drawn. */
+export interface ShownWall {
+  /** Pairs of their numbers: from a node to one that may follow it on a path. */
+  links: [number, number][];
+  /** Its nodes. */
+  nodes: ShownNode[];
+  /** Numbers of the nodes on its path, lowest first; a random path is that of the first plant. */
+  path: number[];
 }
 
 /** Any work. */
@@ -995,6 +1038,31 @@ export interface TuneText {
   toml: string;
 }
 
+/** Wall and plant at one time. */
+export interface WallPicture {
+  /** Each node; `null` of one that said nothing. */
+  nodes: (NodeState | null)[];
+  /** Points of the stem from the root on, in cm; none where nobody saw it. */
+  stem: [number, number][];
+  /** When, in words: `12.5 h`, or `step 481`. */
+  when: string;
+}
+
+/** Wall files, and folders in which a wall is watched. */
+export interface Walls {
+  files: string[];
+  watched: string[];
+}
+
+/** What the nodes of a real wall said last. */
+export interface WatchedWall {
+  /** The command that watches it. */
+  command: string;
+  /** A picture a step. */
+  pictures: WallPicture[];
+  wall: ShownWall;
+}
+
 /** How a piece of work is. */
 export type WorkState = "over" | "live" | "overdue" | "stopped" | "died" | "paused" | "broken";
 
@@ -1061,6 +1129,14 @@ export interface AskedDrawing {
 export interface Drawn {
   /** JSON of a `Drawing`. */
   drawing: string;
+}
+
+/** A wall with the path that a page drew. */
+export interface DrawnWall {
+  /** Wall file; empty for the wall of three levels. */
+  file?: string;
+  /** Names of the nodes on the path, lowest first, with commas between them; the path of the file if it is empty. */
+  path?: string;
 }
 
 /** An evolution, or a search for a rule, that a page asks for. */
@@ -1165,6 +1241,13 @@ export interface Save {
   replace?: boolean;
 }
 
+/** A wall to be saved. */
+export interface SaveWall {
+  file?: string;
+  name: string;
+  path: string;
+}
+
 /** A step of a run. */
 export interface StepAt {
   at?: string;
@@ -1194,6 +1277,17 @@ export interface TryPlan {
   who: Who;
 }
 
+/** A plant to be led. */
+export interface TryWall {
+  /** Wall file; empty for the wall of three levels. */
+  file?: string;
+  /** Names of the nodes on the path, lowest first, with commas between them. */
+  path: string;
+  rule: WallRule;
+  /** Seed of the plant. */
+  seed: number;
+}
+
 /** What a page asks for. */
 export interface TuneRequest {
   at: string;
@@ -1215,6 +1309,9 @@ export interface AskedTuneSettings {
   roi?: [number, number, number, number] | null;
   threshold: number;
 }
+
+/** What runs in each node. */
+export type WallRule = "machine" | "path-lit" | "dormant";
 
 /** Who steers a bean that is tried. */
 export type Who = "champion" | "greedy" | "you";
@@ -1244,6 +1341,10 @@ export interface Gets {
   "api/try": { asked: TryPlan; answer: TriedBean };
   "api/tune": { asked: At; answer: TuneBegin };
   "api/tune/look": { asked: LookAt; answer: TuneLook };
+  "api/wall": { asked: DrawnWall; answer: ShownWall };
+  "api/wall/try": { asked: TryWall; answer: GrownBeforeWall };
+  "api/wall/watched": { asked: At; answer: WatchedWall };
+  "api/walls": { asked: {}; answer: Walls };
   "api/work": { asked: At; answer: ShownWork };
 }
 
@@ -1269,6 +1370,7 @@ export interface Posts {
   "api/run/stop": { asked: At; answer: Ended };
   "api/tags": { asked: Tagged; answer: Tags };
   "api/tune/write": { asked: TuneRequest; answer: TuneFile };
+  "api/wall/save": { asked: SaveWall; answer: SavedWall };
 }
 
 /** What pages listen to, and what they are sent. */

@@ -4,6 +4,7 @@ mod evolutions;
 mod jobs;
 mod route;
 mod runs;
+mod walls;
 #[cfg(all(test, feature = "schema"))]
 mod types;
 
@@ -60,6 +61,7 @@ fn routes() -> Routes {
         .route("/devices", page("devices.html"))
         .route("/tune", page("tune.html"))
         .route("/compare", page("compare.html"))
+        .route("/wall", page("wall.html"))
         .route("/login", page("login.html"))
         .route("/assets/{name}", get(assets::asset))
         .typed::<(), About>("Gets", "/api/session", get(session))
@@ -113,6 +115,11 @@ fn routes() -> Routes {
         .get("/api/tune", jobs::tune_begin)
         .get("/api/tune/look", jobs::tune_look)
         .post("/api/tune/write", jobs::tune_write)
+        .get("/api/walls", walls::walls)
+        .get("/api/wall", walls::drawn)
+        .get("/api/wall/try", walls::try_out)
+        .get("/api/wall/watched", walls::watched)
+        .post("/api/wall/save", walls::save)
 }
 
 /// All routes.

@@ -34,6 +34,7 @@ const ASSETS: &[Asset] = assets! {
     "draw.html": HTML,
     "tune.html": HTML,
     "compare.html": HTML,
+    "wall.html": HTML,
     "begin.html": HTML,
     "devices.html": HTML,
     "login.html": HTML,
@@ -70,6 +71,8 @@ const ASSETS: &[Asset] = assets! {
     "trial.js": SCRIPT,
     "tune.js": SCRIPT,
     "compare.js": SCRIPT,
+    "wall.js": SCRIPT,
+    "walls.js": SCRIPT,
     "begin.js": SCRIPT,
     "devices.js": SCRIPT,
     "calibrate.js": SCRIPT,
@@ -93,6 +96,7 @@ const STYLES: &[(&str, &[u8])] = styles! {
     "style/overview.css",
     "style/draw.css",
     "style/tune.css",
+    "style/wall.css",
     "style/media.css",
 };
 

@@ -31,6 +31,7 @@ mod housekeeping;
 mod zip;
 mod compare;
 mod tune;
+mod wall;
 mod demo;
 mod api;
 

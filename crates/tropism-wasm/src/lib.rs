@@ -5,8 +5,6 @@
 //!
 //! Only bytes go in or out, so three exported functions do what wasm-bindgen and its command line would.
 
-#[cfg(feature = "photographs")]
-mod wall;
 mod question;
 mod beans;
 mod evolution;

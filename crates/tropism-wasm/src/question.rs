@@ -13,12 +13,12 @@ use tropism::lamps::Light;
 use tropism::plant::tip::TipModelConfig;
 use tropism::simulation::ModelKind;
 use tropism::task::Task;
+#[cfg(feature = "photographs")]
+use tropism_page::WallRule;
 use tropism_page::{Drawing, Method, ShownGeneration};
 
 use crate::SessionError;
 use crate::beans::OpenLoop;
-#[cfg(feature = "photographs")]
-use crate::wall::WallRule;
 
 /// A question of the page: `{"fit": {"kind": "stem"}}`.
 ///
@@ -205,7 +205,7 @@ pub enum Question {
         /// The lamp that a person lights.
         light: Option<Light>,
     },
-    /// The nodes of the wall and their places, in cm.
+    /// The wall as it is drawn.
     #[cfg(feature = "photographs")]
     Nodes {},
     /// A plant before the wall, to its end.

@@ -9,11 +9,15 @@ use tropism::evolve::{
     TunedRuleError,
 };
 use tropism::lamps::Layout;
+#[cfg(feature = "photographs")]
+use tropism::nodes::{NodeWall, StateMachineSettings, WallPath};
 use tropism::plant::ModelError;
 use tropism::plant::tip::TipModelConfig;
 use tropism::simulation::{AnyModel, ModelKind};
 use tropism::task::Task;
 use tropism::track::{Track, TrackError};
+#[cfg(feature = "photographs")]
+use tropism_bean::wall::WallTrial;
 use tropism_bean::{Species, Trial};
 use tropism_page::{
     self as page, Drawing, MOST_STEPS, Method, PageError, ShownGeneration, curves, model_of, rule_file,
@@ -26,7 +30,7 @@ use crate::evolution::{Job, simulate};
 use crate::question::{Answer, By, Question};
 use crate::{beans, paper};
 #[cfg(feature = "photographs")]
-use crate::{measure, photographs, photographs::Series, tent::Tent, wall};
+use crate::{measure, photographs, photographs::Series, tent::Tent};
 
 /// Simulated plants that a champion steers on the page.
 const PLANTS: u32 = 6;
@@ -218,9 +222,14 @@ impl Session {
                 return Ok(Answer { json, bytes });
             }
             #[cfg(feature = "photographs")]
-            Question::Nodes {} => wall::places(),
+            Question::Nodes {} => json!(tropism_page::shown(&NodeWall::three_levels())),
             #[cfg(feature = "photographs")]
-            Question::Wall { path, rule, seed } => wall::grow(path, rule, seed)?,
+            Question::Wall { path, rule, seed } => {
+                let wall = NodeWall { path: WallPath::Drawn(path), ..NodeWall::three_levels() };
+                wall.check()?;
+                let trial = WallTrial { wall, ..WallTrial::new(Species::default()) };
+                json!(tropism_page::grow_before_wall(&trial, StateMachineSettings::default(), rule, seed))
+            }
         };
         Ok(json.into())
     }
