@@ -97,7 +97,9 @@ fn tips_with_two_lamps_lit_are_as_near_as_with_one() {
         assert!(off.len() >= 8 * 23, "{} of {} tips measured", off.len(), 8 * 25);
         [0.5, 0.95].map(|share| quantile(&mut off, share))
     });
-    println!("median and 95 % of the error of the tip, in cm: left {one:.3?}, right {other:.3?}, both {both:.3?}");
+    println!(
+        "median and 95 % of the error of the tip, in cm: left {one:.3?}, right {other:.3?}, both {both:.3?}"
+    );
     for (place, name) in ["median", "95 %"].into_iter().enumerate() {
         let single = one[place].max(other[place]);
         assert!(both[place] <= 1.2 * single + 0.01, "{name}: {both:?} cm beside {one:?} and {other:?}");
