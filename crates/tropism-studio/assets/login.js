@@ -10,7 +10,7 @@ $("#see").onchange = () => {
 /** The page that was asked for; none of another site. */
 function back() {
   const to = new URLSearchParams(location.search).get("to") ?? "";
-  return /^(run|evolution|work|draw|begin|devices|tune|compare)(\?[^#]*)?$/.test(to) ? to : "./";
+  return /^(run|evolution|work|draw|begin|devices|tune|compare|wall)(\?[^#]*)?$/.test(to) ? to : "./";
 }
 
 /** @param {string} token */
