@@ -11,7 +11,7 @@ use super::ReportComparison;
 use crate::comparison::{self, NamedSample};
 use crate::evolve::{EvolutionHistory, EvolutionRecord, EvolveResults};
 use crate::files;
-use crate::replicates::{ReplicatesPlan, ReplicatesResults};
+use crate::replicates::{Measures, ReplicatesPlan, ReplicatesResults};
 use crate::statistics::Bootstrap;
 use crate::study::StudyPlan;
 use crate::sweep::{Method, Setting, SweepPlan, UnitFindings, unit_folder};
@@ -41,6 +41,9 @@ struct Group {
     /// Best fitness of each generation of each run.
     best: Vec<Vec<f64>>,
     values: Vec<f64>,
+    /// Of methods: the mean sum of distances at all targets, in cm, and the share of plants on which the whole task was done, of each
+    /// value.
+    arrival: [Vec<f64>; 2],
     task: Task,
     /// Digest of the model on which the controllers evolved, where there is one for all.
     model: Option<String>,
@@ -62,7 +65,7 @@ impl Comparison {
             let values =
                 in_model(&files::read_as(&folder.join("summary.json"), |text| serde_json::from_str(text))?);
             let model = Some(record.model_sha256().to_owned());
-            all.groups.push(Group { name, best: history.best, values, task: record.task, model });
+            all.groups.push(Group { best: history.best, model, ..Group::new(name, values, record.task) });
         }
         Ok(all)
     }
@@ -85,7 +88,7 @@ impl Comparison {
             let champion = many.controllers.into_iter().find(|one| one.name == "champion");
             let values = champion.map(|champion| champion.fitness).unwrap_or_default();
             let task = StudyPlan::of_folder(folder)?.config.task;
-            champions.groups.push(Group { name, best: Vec::new(), values, task, model: None });
+            champions.groups.push(Group::new(name, values, task));
         }
         Ok([evolutions, champions])
     }
@@ -137,8 +140,7 @@ impl Comparison {
                 } else {
                     controller.name
                 };
-                let (best, model) = (Vec::new(), None);
-                all.groups.push(Group { name, best, values: controller.fitness, task: task.clone(), model });
+                all.groups.push(Group::new(name, controller.fitness, task.clone()));
             }
         }
         Ok(all)
@@ -176,8 +178,13 @@ impl Comparison {
                         if folders.len() > 1 { format!("{} of {name}", method.name) } else { method.name };
                     let values =
                         method.replicates.iter().map(|replicate| replicate.measures.fitness.mean).collect();
-                    let (best, model) = (Vec::new(), None);
-                    comparison.groups.push(Group { name, best, values, task: task.clone(), model });
+                    let arrival = method.replicates.iter().map(|replicate| {
+                        let Measures { distances, done, .. } = replicate.measures;
+                        [distances, done].map(|measure| measure.map(|measure| measure.mean))
+                    });
+                    let mut group = Group::new(name, values, task.clone());
+                    arrival.for_each(|values| group.add_arrival(values));
+                    comparison.groups.push(group);
                 }
             }
         }
@@ -197,15 +204,12 @@ impl Comparison {
                 Plants::Virtual,
             )
         };
-        let group = |setting: &Setting| Group {
-            name: setting.name.clone(),
-            best: Vec::new(),
-            values: Vec::new(),
-            task: match &setting.method {
+        let group = |setting: &Setting| {
+            let task = match &setting.method {
                 Method::Evolve(config) => config.task.clone(),
                 Method::Replicates(config) => config.task.clone(),
-            },
-            model: None,
+            };
+            Group::new(setting.name.clone(), Vec::new(), task)
         };
         comparison.groups = settings.iter().map(group).collect();
         comparison
@@ -266,20 +270,43 @@ impl Comparison {
     }
 
     fn table(&self) -> Table {
+        // Methods know how near the targets were; evolutions when they saturated.
+        let [has_distances, has_done] =
+            [0, 1].map(|which| self.groups.iter().any(|group| !group.arrival[which].is_empty()));
+        let has_generations = self.groups.iter().any(|group| !group.best.is_empty());
         let row = |group: &Group| {
             let numbers = five_numbers(&group.values).unwrap_or([f64::NAN; 5]);
             let spread = [mean(group.values.iter().copied()), standard_deviation(&group.values)];
             let cells = spread.into_iter().chain(numbers).map(|value| format!("{value:.2}"));
             let saturation = EvolutionHistory { best: group.best.clone(), ..EvolutionHistory::default() };
             let saturation = saturation.saturation(crate::study::SATURATION_SHARE);
+            let saturation = saturation.map_or_else(|| "-".to_owned(), |generation| generation.to_string());
+            let [distances, done] = group.arrival.each_ref().map(|values| mean(values.iter().copied()));
             [group.name.clone(), group.values.len().to_string()]
                 .into_iter()
                 .chain(cells)
-                .chain([saturation.map_or_else(|| "-".to_owned(), |generation| generation.to_string())])
+                .chain(has_distances.then(|| format!("{distances:.2}")))
+                .chain(has_done.then(|| format!("{:.0} %", 100.0 * done)))
+                .chain(has_generations.then_some(saturation))
                 .collect()
         };
-        let head =
-            ["", "Values", "Mean", "sd", "Least", "Quartile", "Median", "Quartile", "Greatest", "Saturates"];
+        let head = ["", "Values", "Mean", "sd", "Least", "Quartile", "Median", "Quartile", "Greatest"];
+        let further = [
+            has_distances.then_some("Distances (cm)"),
+            has_done.then_some("Whole task"),
+            has_generations.then_some("Saturates"),
+        ];
+        let mut notes = String::new();
+        if has_distances {
+            notes += " Distances: the sum of those at the crossings of all targets, 10 cm for one whose height was never reached.";
+        }
+        if has_done {
+            notes += " Whole task: the share of plants on which all of it was done. Both are means over plants and values.";
+        }
+        if has_generations {
+            notes += " Saturates: the generation at which the median over runs of the best fitness of a generation comes within 2 % of \
+                      its final value.";
+        }
         let has_one_model = self.groups.windows(2).all(|pair| pair[0].model == pair[1].model);
         let warning = match (self.is_alike(), has_one_model) {
             (false, _) => " Their tasks differ: this fitness is not alike, and is not tested.",
@@ -289,22 +316,31 @@ impl Comparison {
         Table {
             title: self.title.clone(),
             caption: format!(
-                "In {}: {}.{warning} Saturates: the generation at which the median over runs of the best fitness of a \
-                 generation comes within 2 % of its final value. {}",
+                "In {}: {}.{warning}{notes} {}",
                 self.unit(),
                 self.values,
                 self.plants.sentence()
             ),
-            head: head.map(str::to_owned).to_vec(),
+            head: head.into_iter().chain(further.into_iter().flatten()).map(str::to_owned).collect(),
             rows: self.groups.iter().map(row).collect(),
         }
     }
 }
 
 impl Group {
+    fn new(name: String, values: Vec<f64>, task: Task) -> Self {
+        Self { name, best: Vec::new(), values, arrival: [Vec::new(), Vec::new()], task, model: None }
+    }
+
+    /// Adds distances and share, where they are known.
+    fn add_arrival(&mut self, values: [Option<f64>; 2]) {
+        self.arrival.iter_mut().zip(values).for_each(|(known, value)| known.extend(value));
+    }
+
     /// Adds what one seed found, whose folder is `own`.
     fn add(&mut self, found: &UnitFindings, setting: &Setting, own: &Path) -> Result<(), Error> {
         self.values.extend(found.compared());
+        self.add_arrival([found.distances, found.done]);
         if matches!(setting.method, Method::Evolve(_)) {
             self.best.extend(EvolutionHistory::read(&own.join("history.csv"))?.best);
         }

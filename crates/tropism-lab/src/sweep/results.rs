@@ -51,6 +51,12 @@ pub struct UnitFindings {
     /// Evaluated genomes of all runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evaluations: Option<u64>,
+    /// Of a method the mean sum of the distances at the crossings of all targets, in cm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distances: Option<f64>,
+    /// Of a method the share of plants on which the whole task was done.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub done: Option<f64>,
 }
 
 impl UnitFindings {
@@ -67,6 +73,8 @@ impl UnitFindings {
             mean_in_model: results.runs.iter().map(|run| run.trial.mean).collect(),
             saturation_generation: history.saturation(SATURATION_SHARE),
             evaluations: Some(results.evaluations),
+            distances: None,
+            done: None,
         }
     }
 
@@ -78,6 +86,8 @@ impl UnitFindings {
                 mean_in_model: Vec::new(),
                 saturation_generation: None,
                 evaluations: None,
+                distances: method.measures.distances.map(|distances| distances.mean),
+                done: method.measures.done.map(|done| done.mean),
             })
         });
         of_scenario.collect()
@@ -131,6 +141,11 @@ pub struct SweepRow {
     pub saturation_generation: Option<f64>,
     /// Mean number of evaluated genomes of a seed; `None` for replicates.
     pub evaluations: Option<f64>,
+    /// Mean over seeds of the sum of the distances at the crossings of all targets, in cm; `None` for evolutions and without targets.
+    pub distances: Option<f64>,
+    /// Mean over seeds of the share of plants on which the whole task was done; `None` for evolutions, and where the task does not say
+    /// what that is.
+    pub done: Option<f64>,
     /// Mean processor time of a seed, in s, over those that were not interrupted; `None` if all were.
     pub cpu_seconds: Option<f64>,
 }
@@ -179,6 +194,8 @@ impl Group<'_> {
             saturation_generation: of(|found| found.saturation_generation.map(|at| at as f64))
                 .map(|values| median(&values)),
             evaluations: of(|found| found.evaluations.map(|count| count as f64)).map(mean),
+            distances: of(|found| found.distances).map(mean),
+            done: of(|found| found.done).map(mean),
             cpu_seconds: (!seconds.is_empty()).then(|| mean(seconds)),
         }
     }
@@ -236,6 +253,8 @@ impl SweepResults {
             "mean_in_model_cm",
             "saturation_generation",
             "evaluations",
+            "distances_cm",
+            "done_share",
             "cpu_seconds",
         ];
         table
@@ -246,7 +265,14 @@ impl SweepResults {
             let counts = [row.seeds.to_string(), row.runs.to_string()];
             let spread =
                 [row.mean, row.sd].into_iter().chain(row.five_numbers).map(|value| value.to_string());
-            let further = [row.mean_in_model, row.saturation_generation, row.evaluations, row.cpu_seconds];
+            let further = [
+                row.mean_in_model,
+                row.saturation_generation,
+                row.evaluations,
+                row.distances,
+                row.done,
+                row.cpu_seconds,
+            ];
             let values = keys.iter().map(|key| match &row.values[*key] {
                 Value::String(text) => csv_cell(text).into_owned(),
                 other => csv_cell(&other.to_string()).into_owned(),

@@ -709,6 +709,9 @@ class SweepRow(Results):
     mean_in_model: float | None
     saturation_generation: float | None
     evaluations: float | None
+    #: Mean sum of the distances at all targets in cm, and share of plants on which the whole task was done, of replicates.
+    distances: float | None
+    done: float | None
     cpu_seconds: float | None
 
 

@@ -18,23 +18,34 @@ pub(super) fn sweep(results: &SweepResults, out: &Path) -> String {
     let kind = if results.is_virtual { "virtual plants or a model of them, " } else { "" };
     let name = |row: &SweepRow| named(&row.case, &row.setting);
     let longest = results.rows.iter().map(|row| name(row).chars().count()).max().unwrap_or(0).max(7);
+    // Replicates know distances at targets, evolutions their generations.
+    let has_methods = results.rows.iter().any(|row| !row.case.is_empty());
     let mut text = format!(
-        "{kind}fitness in cm, round a pole in turns; {}\n{:<longest$}  values   mean     sd  quartile  median  quartile  in model  saturates  evaluations  s a seed\n",
+        "{kind}fitness in cm, round a pole in turns; {}\n{:<longest$}  values   mean     sd  quartile  median  quartile  {}  s a seed\n",
         plural(results.seeds.len(), "seed"),
         "setting",
+        if has_methods { "distances  whole task" } else { "in model  saturates  evaluations" },
     );
     for row in &results.rows {
         let [_, low, median, high, _] = row.five_numbers;
+        let further = if has_methods {
+            let done = row.done.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+            format!("{:>9}  {done:>10}", or_dash(row.distances, 2))
+        } else {
+            format!(
+                "{:>8}  {:>9}  {:>11}",
+                or_dash(row.mean_in_model, 2),
+                or_dash(row.saturation_generation, 0),
+                or_dash(row.evaluations, 0)
+            )
+        };
         let _ = writeln!(
             text,
-            "{:<longest$}  {:>6}  {:>5.2}  {:>5.2}  {low:>8.2}  {median:>6.2}  {high:>8.2}  {:>8}  {:>9}  {:>11}  {:>8}",
+            "{:<longest$}  {:>6}  {:>5.2}  {:>5.2}  {low:>8.2}  {median:>6.2}  {high:>8.2}  {further}  {:>8}",
             name(row),
             row.runs,
             row.mean,
             row.sd,
-            or_dash(row.mean_in_model, 2),
-            or_dash(row.saturation_generation, 0),
-            or_dash(row.evaluations, 0),
             or_dash(row.cpu_seconds, 1),
         );
     }
