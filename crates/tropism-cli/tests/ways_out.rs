@@ -413,7 +413,9 @@ fn a_budget_is_never_exceeded_while_lamps_change_places() {
         let (base, budget) =
             if switches == Switches::Wled { ("left:51+right:51", 1.2) } else { ("dark", 1.0) };
         both_lit(&tent, base, budget);
+        // Nothing here is about slow devices: a busy machine is given time.
         let rig = fs::read_to_string(tent.folder.path().join("rig.toml")).unwrap();
+        let rig = rig.replace("timeout_s = 1.0", "timeout_s = 20.0");
         let rig: tropism_rig::file::RigFile = toml::from_str(&rig).unwrap();
         rig.check().unwrap();
         let (layout, acting) =
