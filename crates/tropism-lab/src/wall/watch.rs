@@ -152,7 +152,14 @@ impl WatchWallPlan {
     fn journal(&self, out: &Path) -> Result<(PathBuf, std::fs::File), Error> {
         files::make_folder(out)?;
         let wall = out.join("wall.toml");
-        files::write(&wall, files::toml_of(&wall, &self.file)?.as_bytes())?;
+        if !wall.exists() {
+            files::write(&wall, files::toml_of(&wall, &self.file)?.as_bytes())?;
+        } else if WallFile::read(&wall)? != self.file {
+            return Err(Error::Plan(format!(
+                "{}: found another wall, wanted that of this journal, or a new folder",
+                wall.display()
+            )));
+        }
         let path = out.join("nodes.csv");
         let is_new = !path.exists();
         let open = || std::fs::File::options().append(true).create(true).open(&path);
@@ -357,6 +364,24 @@ mod tests {
         }
         assert_eq!(told, ["left1: warning: not heard for 3 steps"]);
         assert!(wall.is_dark());
+    }
+
+    #[test]
+    fn the_journal_of_another_wall_is_not_gone_on_with() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, _) = plan().journal(folder.path()).unwrap();
+        let wall = folder.path().join("wall.toml");
+        let written = [std::fs::read(&path).unwrap(), std::fs::read(&wall).unwrap()];
+        plan().journal(folder.path()).unwrap();
+        let mut other = plan();
+        other.file.wall.nodes[0].at[0] -= 1.0;
+        let error = other.journal(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("wall.toml: found another wall"), "{error}");
+        assert_eq!(
+            [std::fs::read(&path).unwrap(), std::fs::read(&wall).unwrap()],
+            written,
+            "nothing is lost"
+        );
     }
 
     #[test]
