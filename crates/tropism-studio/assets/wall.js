@@ -67,8 +67,8 @@ export function enterWall() {
   };
 }
 
-/** Names of the nodes on the path, with commas between them. @param {number[]} [path] */
-export const pathNames = (path = wall.path) => path.map((node) => wall.nodes[node].name).join(",");
+/** Names of the nodes on the path, with commas between them. */
+export const pathNames = () => wall.path.map((node) => wall.nodes[node].name).join(",");
 
 /** Shows a wall file, and grows a plant before it. @param {string} name */
 export async function openWall(name) {

@@ -195,8 +195,8 @@ pub(crate) fn watched(studio: &Studio, at: &str) -> Result<WatchedWall, Refusal>
     }
     let first = pictures.len().saturating_sub(SHOWN_STEPS);
     let pictures = pictures.split_off(first).into_iter().map(|(_, picture)| picture).collect();
-    let command =
-        format!("tropism watch-wall {at}/wall.toml --experiment NAME --out {}", shell_word(Path::new(at)));
+    let [wall, out] = [format!("{at}/wall.toml"), at.to_owned()].map(|path| shell_word(Path::new(&path)));
+    let command = format!("tropism watch-wall {wall} --experiment NAME --out {out}");
     Ok(WatchedWall { wall: shown(&file.wall), pictures, command })
 }
 

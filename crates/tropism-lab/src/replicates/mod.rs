@@ -34,7 +34,7 @@ use crate::grow::GrowPlan;
 use crate::planner::PlannerFile;
 use crate::sequences;
 use crate::task::check_goal;
-use crate::transfer::{NamedController, TEST_PLANTS, TransferPlan, TransferResults, check_name};
+use crate::transfer::{NamedController, TEST_PLANTS, TransferPlan, TransferResults, check_names};
 use crate::tune::TunePlan;
 use crate::work::{self, Milestone, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow};
@@ -50,6 +50,9 @@ const ALWAYS_MIN: f64 = 1e6;
 
 /// Name of the rule that was tuned on virtual plants themselves.
 const REFERENCE: &str = "reference";
+
+/// Names that methods and scenarios may not have.
+const RESERVED: [&str; 3] = [GREEDY, REFERENCE, CONSTANT];
 
 /// How a replicate makes a controller from its tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -286,8 +289,8 @@ impl ReplicatesConfig {
         if let Some(search) = &self.reference {
             search.check().map_err(Error::in_plan("reference"))?;
         }
-        check_names("methods", self.methods.iter().map(|method| method.name.as_str()))?;
-        check_names("scenarios", self.scenarios.iter().map(|scenario| scenario.name.as_str()))?;
+        check_names("methods", &RESERVED, self.methods.iter().map(|method| method.name.as_str()))?;
+        check_names("scenarios", &RESERVED, self.scenarios.iter().map(|scenario| scenario.name.as_str()))?;
         for (number, Method { name, kind }) in self.methods.iter().enumerate() {
             if let MethodKind::Evolve { from: Some(from), .. } = kind {
                 check_from(name, from, &self.methods[..number])?;
@@ -325,23 +328,6 @@ impl ReplicatesConfig {
             None => Ok(()),
         }
     }
-}
-
-/// Checks that names are parts of file names, and that each comes once.
-fn check_names<'n>(key: &str, names: impl Iterator<Item = &'n str>) -> Result<(), Error> {
-    let reserved = [GREEDY, REFERENCE, CONSTANT];
-    let mut known = reserved.to_vec();
-    for name in names {
-        check_name(key, name)?;
-        if known.contains(&name) {
-            return Err(Error::Plan(format!(
-                "`{key}`: the name {name:?} stands twice, or is one of {}: give each its own",
-                reserved.join(", ")
-            )));
-        }
-        known.push(name);
-    }
-    Ok(())
 }
 
 /// Checks that the method `name` starts from the champion of one of those `before` it.

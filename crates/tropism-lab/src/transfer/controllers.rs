@@ -127,13 +127,37 @@ const fn is_of_name(letter: char) -> bool {
 ///
 /// # Errors
 /// [`Error::Plan`] unless it can be a part of a file name.
-pub(crate) fn check_name(key: &str, name: &str) -> Result<(), Error> {
+fn check_name(key: &str, name: &str) -> Result<(), Error> {
     if !name.is_empty() && !name.starts_with('.') && name.chars().all(is_of_name) {
         return Ok(());
     }
     Err(Error::Plan(format!(
         "`{key}`: found the name {name:?}, wanted letters, digits, -, _ and ., no . first"
     )))
+}
+
+/// Checks that names are parts of file names, that each comes once, and none is one of those `reserved`.
+pub(crate) fn check_names<'n>(
+    key: &str,
+    reserved: &[&'n str],
+    names: impl Iterator<Item = &'n str>,
+) -> Result<(), Error> {
+    let mut known = reserved.to_vec();
+    for name in names {
+        check_name(key, name)?;
+        if known.contains(&name) {
+            let others = if reserved.is_empty() {
+                String::new()
+            } else {
+                format!(", or is one of {}", reserved.join(", "))
+            };
+            return Err(Error::Plan(format!(
+                "`{key}`: the name {name:?} stands twice{others}: give each its own"
+            )));
+        }
+        known.push(name);
+    }
+    Ok(())
 }
 
 /// The first name that comes up twice.

@@ -26,7 +26,7 @@ use tropism_bean::tent::Greenhouse;
 
 pub use self::causes::Cause;
 use self::causes::{Reference, Response};
-pub(crate) use self::controllers::check_name;
+pub(crate) use self::controllers::check_names;
 pub use self::controllers::{ControllerSource, NamedController, read_controllers};
 pub use self::results::{
     ArrivalResults, ControllerPair, ControllerResults, OverPlants, SeenTurns, Share, TargetResults,

@@ -10,7 +10,7 @@ use tropism::nodes::{NodeEvolutionConfig, NodeFaults, NodeScore, NodeWall, Proxi
 use tropism_bean::render::NodeCamera;
 
 use super::{EvolveNodesPlan, NodeRule, NodeRuleResults, NodesFile, WallFile, WallPlan, WallResults};
-use crate::transfer::check_name;
+use crate::transfer::check_names;
 use crate::work::{self, Milestone, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow, files};
 
@@ -121,14 +121,8 @@ impl WallStudyConfig {
         if self.walls.is_empty() {
             return Err(Error::Plan("`walls` is empty: name at least one".to_owned()));
         }
-        for (number, wall) in self.walls.iter().enumerate() {
-            check_name("walls", &wall.name)?;
-            if self.walls[..number].iter().any(|other| other.name == wall.name) {
-                return Err(Error::Plan(format!(
-                    "`walls`: the name {:?} stands twice: give each its own",
-                    wall.name
-                )));
-            }
+        check_names("walls", &[], self.walls.iter().map(|wall| wall.name.as_str()))?;
+        for wall in &self.walls {
             let rules = wall.rules.as_ref().unwrap_or(&self.rules);
             let has_evolved = wall.evolved && !self.evolve.is_empty();
             let problem = if wall.file.is_some() && wall.levels.is_some() {

@@ -92,12 +92,16 @@ impl Study {
             let plan = StudyPlan { keep_photographs, ..StudyPlan::of_folder(&out)? };
             return self.units.execute(&plan, shell, text);
         }
-        if let Some(path) = self.file.as_deref().filter(|path| names_one_of(path, &["walls"])) {
-            return self.test_walls(path, shell);
-        }
-        let keys = ["replicates", "methods", "scenarios"];
-        if let Some(path) = self.file.as_deref().filter(|path| names_one_of(path, &keys)) {
-            return self.compare(path, shell);
+        if let Some(path) = &self.file {
+            // Each of these keys says of which kind a study file is, so that a misspelt one is reported as such.
+            let keys = keys_of(path);
+            let names = |key: &str| keys.contains_key(key);
+            if names("walls") {
+                return self.test_walls(path, shell);
+            }
+            if ["replicates", "methods", "scenarios"].into_iter().any(names) {
+                return self.compare(path, shell);
+            }
         }
         let mut config = match (&self.file, self.quick) {
             (Some(path), _) => files::read_toml(path)?,
@@ -161,11 +165,9 @@ impl Study {
     }
 }
 
-/// Whether a study file has one of the keys that say of which kind it is, so that a misspelt one is reported as such. What cannot
-/// be read has none.
-fn names_one_of(path: &Path, keys: &[&str]) -> bool {
-    let table = files::read_toml::<BTreeMap<String, IgnoredAny>>(path);
-    table.is_ok_and(|table| keys.iter().any(|key| table.contains_key(*key)))
+/// The keys of a study file; none of one that cannot be read.
+fn keys_of(path: &Path) -> BTreeMap<String, IgnoredAny> {
+    files::read_toml(path).unwrap_or_default()
 }
 
 fn text(results: &StudyResults) -> String {
