@@ -69,8 +69,6 @@ pub(crate) fn calibrate(studio: &Studio, clicked: &Clicked) -> Result<Calibrated
     );
     if *write {
         put_into(&resolve(&studio.root, rig)?, &table, &calibration)?;
-        // What is open has the calibration of before.
-        studio.devices.close();
     }
     Ok(Calibrated {
         table,

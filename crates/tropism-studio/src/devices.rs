@@ -81,6 +81,8 @@ struct PhotoByHand {
 /// The open rig.
 struct Session {
     rig: String,
+    /// Its file as it was opened.
+    file: RigFile,
     ask: Sender<(Ask, Sender<Answer>)>,
     thread: JoinHandle<()>,
 }
@@ -94,8 +96,8 @@ pub(crate) struct Devices {
 }
 
 impl Devices {
-    /// Asks the rig `at`, which is opened if it is not open; the one that was open before is closed. `None` if it does not
-    /// answer in time.
+    /// Asks the rig `at`, which is opened if it is not open; the one that was open before is closed. Photographs and light are
+    /// by the rig file as it is now, what puts light off by the one that lit it. `None` if it does not answer in time.
     fn ask(
         &self,
         studio: &Studio,
@@ -106,12 +108,16 @@ impl Devices {
         let (answer, heard) = mpsc::channel();
         {
             let mut session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
-            let is_open = session.as_ref().is_some_and(|open| open.rig == at && !open.thread.is_finished());
-            if !is_open {
+            let open = session.as_ref().filter(|open| open.rig == at && !open.thread.is_finished());
+            let wants_now = matches!(ask, Ask::Photo { .. } | Ask::Light { .. });
+            let to_open = match open {
+                Some(_) if !wants_now => None,
+                _ => Some(rig(studio, at)?).filter(|(_, rig)| open.is_none_or(|open| open.file != *rig)),
+            };
+            if let Some((path, rig)) = to_open {
                 if let Some(other) = session.take() {
                     end(other);
                 }
-                let (path, rig) = rig(studio, at)?;
                 refuse_of_run(studio, &rig)?;
                 *session = Some(begin(at, path, rig, studio.program.clone())?);
             }
@@ -168,6 +174,7 @@ fn end(session: Session) {
 fn begin(at: &str, path: PathBuf, rig: RigFile, program: PathBuf) -> Result<Session, Refusal> {
     let (ask, asks) = mpsc::channel();
     let (opened, is_open) = mpsc::channel();
+    let file = rig.clone();
     // Devices stay in the thread that has opened them.
     let thread = thread::spawn(move || match RigByHand::open(rig, &path, Some(&program)) {
         Ok(rig) => {
@@ -179,7 +186,7 @@ fn begin(at: &str, path: PathBuf, rig: RigFile, program: PathBuf) -> Result<Sess
         }
     });
     match is_open.recv() {
-        Ok(Ok(())) => Ok(Session { rig: at.to_owned(), ask, thread }),
+        Ok(Ok(())) => Ok(Session { rig: at.to_owned(), file, ask, thread }),
         Ok(Err(problem)) => Err(Refusal::bad(crate::words::clean(&problem))),
         Err(_) => Err(Refusal::bad("the rig could not be opened")),
     }
