@@ -1,7 +1,9 @@
 //! Who may come in: hashed tokens in a file, sessions in memory, and how often a token may be tried.
 //!
-//! The file `access.json` holds two Argon2id hashes and is readable by its owner alone: one token may change things, the
-//! other may look. Sessions last twelve hours and end with the program.
+//! The file `access.json` holds two hashes and is readable by its owner alone: one token may change things, the other may look.
+//! Sessions last twelve hours and end with the program.
+//!
+//! Hashes are SHA-256: tokens are 130 random bits, which nobody guesses. A slow hash is for passwords that people choose.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -9,8 +11,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use argon2::Argon2;
-use argon2::password_hash::{PasswordHash, PasswordHasher, PasswordVerifier, SaltString};
 use serde::{Deserialize, Serialize};
 use tropism_lab::files;
 
@@ -30,9 +30,6 @@ const PAUSE: Duration = Duration::from_secs(60);
 
 /// Addresses whose wrong tokens are counted; beyond it all addresses wait for one another.
 const MAX_ADDRESSES: usize = 4096;
-
-/// The longest token that is hashed.
-const MAX_TOKEN: usize = 256;
 
 /// What a session may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,11 +80,6 @@ pub(crate) struct Access {
     hashes: Option<Hashes>,
     sessions: Mutex<BTreeMap<String, Session>>,
     wrong: Mutex<BTreeMap<IpAddr, Wrong>>,
-    /// SHA-256 of the tokens that were right: a program sends its token with each request, and its hash takes a tenth of a
-    /// second.
-    right: Mutex<BTreeMap<String, Session>>,
-    /// One hash at a time: each takes memory.
-    hashing: Mutex<()>,
     open: Session,
 }
 
@@ -112,12 +104,8 @@ pub(crate) fn random_word() -> Result<String, StudioError> {
     Ok(bytes.iter().map(|byte| char::from(LETTERS[usize::from(byte % 32)])).collect())
 }
 
-fn hash_of(token: &str) -> Result<String, StudioError> {
-    let failed = |error: argon2::password_hash::Error| StudioError::System(format!("Argon2: {error}"));
-    let mut salt = [0; 16];
-    getrandom::fill(&mut salt).map_err(|error| StudioError::System(format!("random numbers: {error}")))?;
-    let salt = SaltString::encode_b64(&salt).map_err(failed)?;
-    Ok(Argon2::default().hash_password(token.as_bytes(), &salt).map_err(failed)?.to_string())
+fn hash(token: &str) -> String {
+    files::sha256(token.as_bytes())
 }
 
 /// The file of the hashes of the studio of `folder`.
@@ -131,8 +119,7 @@ pub(crate) fn path(folder: &Path) -> PathBuf {
 /// [`StudioError`] if the file cannot be written.
 pub fn new_tokens(folder: &Path) -> Result<Tokens, StudioError> {
     let tokens = Tokens { change: random_word()?, look: random_word()? };
-    let hashes =
-        Hashes { schema: SCHEMA.to_owned(), change: hash_of(&tokens.change)?, look: hash_of(&tokens.look)? };
+    let hashes = Hashes { schema: SCHEMA.to_owned(), change: hash(&tokens.change), look: hash(&tokens.look) };
     let path = path(folder);
     files::make_folder(&folder.join(crate::OWN))?;
     let text =
@@ -149,8 +136,6 @@ impl Access {
             hashes: None,
             sessions: Mutex::default(),
             wrong: Mutex::default(),
-            right: Mutex::default(),
-            hashing: Mutex::default(),
             open,
         })
     }
@@ -163,7 +148,9 @@ impl Access {
         check_private(&path).map_err(problem)?;
         let hashes: Hashes = serde_json::from_str(&text).map_err(|error| problem(error.to_string()))?;
         for hash in [&hashes.change, &hashes.look] {
-            PasswordHash::new(hash).map_err(|error| problem(format!("found no Argon2 hash: {error}")))?;
+            if hash.len() != 64 || !hash.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+                return Err(problem(format!("found {hash:?}, wanted the 64 digits of a SHA-256; make new tokens by --new-tokens")));
+            }
         }
         Ok(Self { hashes: Some(hashes), ..Self::open()? })
     }
@@ -182,53 +169,40 @@ impl Access {
     }
 
     /// Opens a session: its cookie.
-    ///
-    /// Takes a tenth of a second or more of a processor.
     pub(crate) fn log_in(&self, token: &str, from: IpAddr) -> Result<String, LogInError> {
-        // Taken first: of many tries at once each one sees the count of those before it.
-        let _one_at_a_time = locked(&self.hashing);
-        if let Some(seconds) = self.wait_s(from) {
-            return Err(LogInError::Wait(seconds));
-        }
-        match self.right_of(token) {
-            Some(right) => {
-                locked(&self.wrong).remove(&from);
-                self.begin(right).ok_or(LogInError::Wait(1))
-            }
-            None => Err(self.count_wrong(from)),
-        }
+        let right = self.right_of(token, from)?;
+        self.begin(right).ok_or(LogInError::Wait(1))
     }
 
     /// The right to look that a program has by the token that it sends with each request. It changes nothing: changes need
     /// the word of a session.
-    ///
-    /// Takes a tenth of a second or more of a processor for a token that it does not know yet.
     pub(crate) fn looks(&self, token: &str, from: IpAddr) -> Option<Session> {
-        let digest = files::sha256(token.as_bytes());
-        if let Some(session) = locked(&self.right).get(&digest) {
-            return Some(session.clone());
-        }
-        let cookie = self.log_in(token, from).ok()?;
-        let session = locked(&self.sessions).remove(&cookie)?;
-        let session = Session { right: Right::Look, ..session };
-        locked(&self.right).insert(digest, session.clone());
-        Some(session)
+        self.right_of(token, from).ok()?;
+        Some(Session { right: Right::Look, ..self.open.clone() })
     }
 
     pub(crate) fn log_out(&self, cookie: &str) {
         locked(&self.sessions).remove(cookie);
     }
 
-    fn right_of(&self, token: &str) -> Option<Right> {
-        let hashes = self.hashes.as_ref().filter(|_| token.len() <= MAX_TOKEN)?;
-        let is = |hash: &str| {
-            PasswordHash::new(hash)
-                .is_ok_and(|hash| Argon2::default().verify_password(token.as_bytes(), &hash).is_ok())
-        };
-        match (is(&hashes.change), is(&hashes.look)) {
-            (true, _) => Some(Right::Change),
-            (false, true) => Some(Right::Look),
-            (false, false) => None,
+    /// The right of a token; a wrong one is counted.
+    fn right_of(&self, token: &str, from: IpAddr) -> Result<Right, LogInError> {
+        // Of many tries at once each one sees the count of those before it.
+        let mut wrong = locked(&self.wrong);
+        if let Some(seconds) = wait_s(&wrong, from) {
+            return Err(LogInError::Wait(seconds));
+        }
+        let hash = hash(token);
+        let right = self.hashes.as_ref().and_then(|hashes| {
+            let rights = [(&hashes.change, Right::Change), (&hashes.look, Right::Look)];
+            rights.into_iter().find(|(of, _)| **of == hash).map(|(_, right)| right)
+        });
+        match right {
+            Some(right) => {
+                wrong.remove(&counted(from));
+                Ok(right)
+            }
+            None => Err(count_wrong(&mut wrong, from)),
         }
     }
 
@@ -243,41 +217,39 @@ impl Access {
         sessions.insert(cookie.clone(), Session { right, csrf, began: Instant::now() });
         Some(cookie)
     }
+}
 
-    /// The address under which wrong tokens are counted: one network of IPv6 is one address.
-    fn counted(from: IpAddr) -> IpAddr {
-        match from {
-            IpAddr::V6(address) if address.to_ipv4_mapped().is_none() => {
-                let [a, b, c, d, ..] = address.segments();
-                IpAddr::V6([a, b, c, d, 0, 0, 0, 0].into())
-            }
-            other => other.to_canonical(),
+/// The address under which wrong tokens are counted: one network of IPv6 is one address.
+fn counted(from: IpAddr) -> IpAddr {
+    match from {
+        IpAddr::V6(address) if address.to_ipv4_mapped().is_none() => {
+            let [a, b, c, d, ..] = address.segments();
+            IpAddr::V6([a, b, c, d, 0, 0, 0, 0].into())
         }
+        other => other.to_canonical(),
     }
+}
 
-    fn wait_s(&self, from: IpAddr) -> Option<u64> {
-        let wrong = locked(&self.wrong);
-        let until = wrong.get(&Self::counted(from))?.until?;
-        let left = until.saturating_duration_since(Instant::now());
-        (!left.is_zero()).then(|| left.as_secs() + 1)
-    }
+fn wait_s(wrong: &BTreeMap<IpAddr, Wrong>, from: IpAddr) -> Option<u64> {
+    let until = wrong.get(&counted(from))?.until?;
+    let left = until.saturating_duration_since(Instant::now());
+    (!left.is_zero()).then(|| left.as_secs() + 1)
+}
 
-    fn count_wrong(&self, from: IpAddr) -> LogInError {
-        let mut wrong = locked(&self.wrong);
-        if wrong.len() >= MAX_ADDRESSES {
-            wrong.retain(|_, of| of.until.is_some_and(|until| until > Instant::now()));
-        }
-        let of = wrong.entry(Self::counted(from)).or_default();
-        if of.until.is_some_and(|until| until <= Instant::now()) {
-            *of = Wrong::default();
-        }
-        of.count += 1;
-        if of.count < TRIES {
-            return LogInError::Wrong(TRIES - of.count);
-        }
-        of.until = Some(Instant::now() + PAUSE);
-        LogInError::Wait(PAUSE.as_secs())
+fn count_wrong(wrong: &mut BTreeMap<IpAddr, Wrong>, from: IpAddr) -> LogInError {
+    if wrong.len() >= MAX_ADDRESSES {
+        wrong.retain(|_, of| of.until.is_some_and(|until| until > Instant::now()));
     }
+    let of = wrong.entry(counted(from)).or_default();
+    if of.until.is_some_and(|until| until <= Instant::now()) {
+        *of = Wrong::default();
+    }
+    of.count += 1;
+    if of.count < TRIES {
+        return LogInError::Wrong(TRIES - of.count);
+    }
+    of.until = Some(Instant::now() + PAUSE);
+    LogInError::Wait(PAUSE.as_secs())
 }
 
 #[cfg(unix)]
@@ -317,9 +289,7 @@ mod tests {
             assert!(access.session(Some(&cookie)).is_none());
         }
         let text = std::fs::read_to_string(path(folder.path())).unwrap();
-        assert!(
-            text.contains("$argon2id$") && !text.contains(&tokens.change) && !text.contains(&tokens.look)
-        );
+        assert!(!text.contains(&tokens.change) && !text.contains(&tokens.look));
     }
 
     #[test]

@@ -224,10 +224,9 @@ async fn log_in(
     // A proxy says so; whoever else does, only keeps a cookie from an address that is not encrypted.
     let is_behind_tls = headers.get("x-forwarded-proto").is_some_and(|proto| proto == "https");
     let secure = if studio.is_encrypted || is_behind_tls { "; Secure" } else { "" };
-    let (access, cookie) = (studio.clone(), studio.cookie.clone());
-    let opened = tokio::task::spawn_blocking(move || access.access.log_in(&token, from)).await;
-    match opened.map_err(|_| Refusal::bad("the studio made a mistake"))? {
+    match studio.access.log_in(&token, from) {
         Ok(word) => {
+            let cookie = &studio.cookie;
             let value = format!("{cookie}={word}; HttpOnly; SameSite=Strict; Path=/; Max-Age=43200{secure}");
             let value = HeaderValue::from_str(&value).map_err(|error| Refusal::bad(error.to_string()))?;
             Ok(([(header::SET_COOKIE, value)], Json(Done {})).into_response())
