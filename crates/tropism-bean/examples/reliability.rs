@@ -9,24 +9,41 @@
 use std::error::Error;
 use std::fs;
 
-use tropism::control::{PredictiveGreedy, outlook};
+use tropism::control::{Controller, PredictiveGreedy, PredictiveRule};
 use tropism::environment::unwatched;
 use tropism::evolve::TunedRule;
 use tropism::math::statistics::{mean, wilson_interval};
-use tropism::plant::FittedModel;
+use tropism::parallel;
 use tropism::plant::stem::PlaneModel;
-use tropism::random::{Purpose, derive};
-use tropism::task::{Crossing, Reading, Task};
+use tropism::plant::{FittedModel, PlantModel};
+use tropism::random::{NoiseStream, Purpose, derive};
+use tropism::simulation::go_on;
+use tropism::task::{Crossing, Reading, Task, outlook};
+use tropism::track::{Sample, Track};
 use tropism_bean::{Species, Trial};
 
 /// Heights of the tip at which the outlook is noted, in cm.
 const HEIGHTS_CM: [f64; 6] = [0.0, 5.0, 6.5, 8.0, 10.0, 12.0];
 
 /// Simulated plants of an outlook.
-const PLANTS: u32 = 200;
+const PLANTS: usize = 200;
 
 /// Bounds of the classes of probabilities.
 const CLASSES: [f64; 6] = [0.0, 0.1, 0.3, 0.7, 0.9, 1.01];
+
+/// Plants of the model that go on from the last sample of `past`, under the rule.
+fn futures(model: &PlaneModel, rule: PredictiveRule, task: &Task, past: &[Sample], seed: u64) -> Vec<Track> {
+    let mut steered = PredictiveGreedy::new(rule, task, model.layout());
+    let (now, before) = past.split_last().expect("a sample");
+    before.iter().for_each(|sample| {
+        steered.decide(&sample.observation());
+    });
+    parallel::map(PLANTS, |number| {
+        let noise = NoiseStream::new(seed, Purpose::Forecast, [number as u32, now.step, 1]);
+        let plant = model.resumed(past, &mut noise.of_seedling());
+        go_on(model, plant, &mut steered.clone(), task, now, noise, u32::MAX)
+    })
+}
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -50,7 +67,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let Some(at) = track.samples.iter().position(|sample| sample.tip.y >= height_cm) else {
                     continue;
                 };
-                let targets = outlook(&model, &task, rule, &track.samples[..=at], PLANTS, plant);
+                let past = &track.samples[..=at];
+                let targets = outlook(&task, past, &futures(&model, rule, &task, past, plant));
                 for (number, target) in targets.iter().enumerate().filter(|(_, one)| one.passed_cm.is_none())
                 {
                     said.push((target.probability, Crossing::is_visit(crossings[number]), number, at));

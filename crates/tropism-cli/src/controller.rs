@@ -15,14 +15,14 @@ use tropism_lab::transfer::{ControllerSource, NamedController};
 use crate::options::{TaskOption, parse_minutes};
 use crate::shell::Shell;
 
-/// A controller by name: `periodic`, `periodic:6h`, `greedy`, or the file of an evolved network, a tuned rule, a planner or a model.
+/// A controller by name: `periodic`, `periodic:6h`, `greedy`, or the file of an evolved network or a tuned rule.
 #[derive(Clone, Debug)]
 pub(crate) enum ControllerName {
     /// Each lamp in turn for so many minutes.
     Periodic(f64),
     /// The lamp towards the next target.
     Greedy,
-    /// A champion, a genome, a rule or a model as JSON, or a planner as TOML.
+    /// A champion, a genome or a rule as JSON.
     File(PathBuf),
 }
 
@@ -41,8 +41,8 @@ impl FromStr for ControllerName {
 }
 
 /// What a controller may be.
-const KINDS: &str = "periodic, periodic:6h (or 90m, 2d), greedy, or the file of an evolved network (champion.json), a \
-                     tuned rule (rule.json), a planner (planner.toml) or a model to plan on (stem.json)";
+const KINDS: &str = "periodic, periodic:6h (or 90m, 2d), greedy, or the file of an evolved network (champion.json) or a \
+                     tuned rule (rule.json)";
 
 /// Whether `text` can only be meant as the name of a kind of controller: no file has it, and it does not look like one.
 fn is_word(text: &str) -> bool {

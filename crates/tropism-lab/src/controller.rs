@@ -12,8 +12,7 @@ use tropism::track::SAME_PERIOD;
 
 use crate::error::Error;
 use crate::files;
-use crate::model::{Model, ModelKind};
-use crate::planner::PlannerSpec;
+use crate::model::Model;
 
 /// Minutes between two switches of the paper's periodic controller: six hours (section 2.2.1).
 pub const PAPER_SWITCH_MIN: f64 = 360.0;
@@ -46,8 +45,6 @@ pub enum ControllerSpec {
         /// The rule with its lamps, period and task.
         tuned: Box<TunedRule>,
     },
-    /// Lights what simulations of a model show to be better.
-    Plan(Box<PlannerSpec>),
 }
 
 const fn left() -> Light {
@@ -77,18 +74,12 @@ impl ControllerSpec {
         Ok(Self::Network { champion: Box::new(champion) })
     }
 
-    /// Reads a champion file, such as `champion.json`, a network alone, a rule file, such as `rule.json`, a planner file, which
-    /// ends in `.toml`, or a model of a plant: on it a planner with the default settings plans.
+    /// Reads a champion file, such as `champion.json`, a network alone, or a rule file, such as `rule.json`.
     ///
     /// # Errors
     /// [`Error`] names the file.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = files::read_text(path)?;
-        if path.extension().is_some_and(|extension| extension == "toml")
-            || ModelKind::of_file(&text).is_some()
-        {
-            return Ok(Self::Plan(Box::new(PlannerSpec::read(path)?)));
-        }
         if TunedRule::is_named_in(&text) {
             let tuned = files::read_as(path, TunedRule::from_json)?;
             return Ok(Self::Rule { tuned: Box::new(tuned) });
@@ -102,7 +93,7 @@ impl ControllerSpec {
     pub fn champion(&self) -> Option<&Champion> {
         match self {
             Self::Network { champion } => Some(champion),
-            Self::Periodic { .. } | Self::Greedy | Self::Rule { .. } | Self::Plan(_) => None,
+            Self::Periodic { .. } | Self::Greedy | Self::Rule { .. } => None,
         }
     }
 
@@ -110,7 +101,7 @@ impl ControllerSpec {
     #[must_use]
     pub fn own_task(&self) -> Option<&Task> {
         match self {
-            Self::Periodic { .. } | Self::Greedy | Self::Plan(_) => None,
+            Self::Periodic { .. } | Self::Greedy => None,
             Self::Network { champion } => champion.task.as_ref(),
             Self::Rule { tuned } => tuned.task.as_ref(),
         }
@@ -123,7 +114,6 @@ impl ControllerSpec {
             Self::Periodic { .. } | Self::Greedy => None,
             Self::Network { champion } => Some(champion.period_min),
             Self::Rule { tuned } => Some(tuned.period_min),
-            Self::Plan(planner) => Some(planner.period_min()),
         }
     }
 
@@ -131,7 +121,7 @@ impl ControllerSpec {
     #[must_use]
     pub fn expected(&self) -> Option<Trial> {
         match self {
-            Self::Periodic { .. } | Self::Greedy | Self::Plan(_) => None,
+            Self::Periodic { .. } | Self::Greedy => None,
             Self::Network { champion } => champion.expected,
             Self::Rule { tuned } => tuned.expected,
         }
@@ -141,7 +131,7 @@ impl ControllerSpec {
     #[must_use]
     pub fn own_model_sha256(&self) -> Option<&str> {
         match self {
-            Self::Periodic { .. } | Self::Greedy | Self::Plan(_) => None,
+            Self::Periodic { .. } | Self::Greedy => None,
             Self::Network { champion } => champion.model_sha256.as_deref(),
             Self::Rule { tuned } => tuned.model_sha256.as_deref(),
         }
@@ -202,19 +192,6 @@ impl ControllerSpec {
                     layout.len()
                 )))
             }
-            Self::Plan(planner) => {
-                planner.planner.check().map_err(Error::in_plan("controller.planner"))?;
-                if planner.layout() == layout && is_same_period(planner.period_min(), period_min) {
-                    return Ok(());
-                }
-                Err(Error::Plan(format!(
-                    "controller: found a planner with a model of the lamps {} and steps of {} minutes, wanted one of the lamps \
-                     {} and steps of {period_min} minutes",
-                    names(planner.layout()),
-                    planner.period_min(),
-                    names(layout)
-                )))
-            }
             Self::Rule { tuned } => {
                 tuned.check().map_err(Error::in_plan("controller"))?;
                 let found = (tuned.layout.len(), tuned.period_min);
@@ -261,7 +238,6 @@ impl ControllerSpec {
                 Box::new(champion.controller(task).expect("a controller that was checked"))
             }
             Self::Rule { tuned } => Box::new(PredictiveGreedy::new(tuned.rule, task, layout)),
-            Self::Plan(planner) => Box::new(planner.controller(task)),
         }
     }
 
@@ -279,14 +255,8 @@ impl ControllerSpec {
                 format!("network, {} neurons, {} links", genome.neurons().len(), genome.links().len())
             }
             Self::Rule { .. } => "rule".to_owned(),
-            Self::Plan(_) => "planner".to_owned(),
         }
     }
-}
-
-/// The names of lamps.
-fn names(layout: &Layout) -> String {
-    layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect::<Vec<_>>().join(", ")
 }
 
 /// Whether two periods are one, but for what a clock keeps.

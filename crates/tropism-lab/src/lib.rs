@@ -48,7 +48,6 @@ pub mod workflow;
 pub mod work;
 mod reach;
 pub mod model;
-pub mod planner;
 pub mod controller;
 mod sequences;
 pub mod watchdog;

@@ -10,6 +10,7 @@ use tropism::math::statistics::mean;
 use tropism::observation::Quality;
 use tropism::plant::PlantModel;
 use tropism::random::{NoiseStream, Purpose};
+use tropism::simulation;
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism_bean::Species;
@@ -98,25 +99,8 @@ pub fn continued(
         let mut controller = controller.build(task, &layout, period_min);
         replay(&seen[..seen.len() - 1], now.step, &mut *controller);
         let noise = NoiseStream::new(*seed, Purpose::Trial, [plant, 0, 0]);
-        let mut state = model.resumed(&past, &mut noise.of_seedling());
-        model.among(&mut state, &task.solids());
-        let mut samples = Vec::new();
-        let (mut step, mut observation) = (now.step, now.observation());
-        loop {
-            let is_over = task.is_over(step, &observation) || step - now.step >= most_steps;
-            let decided = (!is_over).then(|| controller.lighting(&observation));
-            // Of the last step of the run the light may be known, and the model may know such a light.
-            let is_known =
-                step == now.step && (now.light.is_some() || model.knows_levels() && !now.is_dark());
-            let lighting = decided.map(|decided| if is_known { now.lighting() } else { decided });
-            let time_s = f64::from(step) * period_min * 60.0;
-            samples.push(Sample::of(observation, step, time_s, lighting.unwrap_or_default()));
-            let Some(lighting) = lighting else { break };
-            model.shine(&mut state, lighting, &mut noise.at(step));
-            observation = model.observe(&state);
-            step += 1;
-        }
-        Track { layout: layout.clone(), period_min, ..Track::of(samples) }
+        let plant = model.resumed(&past, &mut noise.of_seedling());
+        simulation::go_on(&model, plant, &mut *controller, task, &now, noise, most_steps)
     };
     Ok((0..plants).map(go_on).collect())
 }

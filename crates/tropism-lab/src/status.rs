@@ -6,29 +6,29 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::control::TargetOutlook;
 use tropism::lamps::Layout;
 use tropism::lighting::Lighting;
 use tropism::observation::Quality;
 use tropism::programme::Acting;
 use tropism::rig::{Event, EventKind};
+use tropism::task::{TargetOutlook, outlook};
 use tropism::track::Sample;
 use tropism_rig::alert::Kind;
 
 use crate::baseline::BaselinePlan;
 use crate::calibrate::CalibratePlan;
-use crate::controller::ControllerSpec;
 use crate::error::Error;
 use crate::evolve::EvolvePlan;
 use crate::files;
 use crate::folder::{has_journal, read_journal};
 use crate::forecast::ForecastPlan;
-use crate::journal::{StepRecord, lights_that_acted};
+use crate::journal::StepRecord;
 use crate::light_day::LightOfDay;
 use crate::lock::holder;
 use crate::monitor::Monitor;
 use crate::replicates::ReplicatesPlan;
 use crate::run::RunConfig;
+use crate::simulate;
 use crate::study::StudyPlan;
 use crate::sweep::SweepPlan;
 use crate::transfer::TransferPlan;
@@ -44,6 +44,9 @@ use crate::workflow::Workflow;
 pub struct StatusPlan {
     /// Folder of a run or of long work, or the file of a rule.
     pub folder: PathBuf,
+    /// Of a run: file of a model, by which it is said how probably the plant passes each target.
+    #[serde(default)]
+    pub model: Option<PathBuf>,
 }
 
 /// What the work in a folder does now.
@@ -114,7 +117,7 @@ pub struct RunStatus {
     pub photograph_age_s: Option<f64>,
     /// Seconds until the next step is due, below 0 if it is late; of real plants while the run goes on.
     pub next_step_in_s: Option<f64>,
-    /// What is known of each target of a run that a planner steers; else empty.
+    /// How probably the plant of a run passes each target; empty without a model.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outlook: Vec<TargetOutlook>,
     /// Photographs without a detected plant.
@@ -247,7 +250,11 @@ impl Workflow for StatusPlan {
         let (steps, events) = read_journal(&self.folder)?;
         let process = holder(&self.folder)?;
         let run = of_run(&self.folder, &config, &steps, &events, process);
-        Ok(StatusResults::Run(Box::new(RunStatus { outlook: outlook_of(&config, &steps), ..run })))
+        let outlook = match &self.model {
+            Some(model) => outlook_of(&config, &steps, model)?,
+            None => Vec::new(),
+        };
+        Ok(StatusResults::Run(Box::new(RunStatus { outlook, ..run })))
     }
 }
 
@@ -310,21 +317,16 @@ pub fn of_run(
 /// Simulated plants of an outlook. Chosen: the standard error of a probability is 0.035 at most.
 const OUTLOOK_PLANTS: u32 = 200;
 
-/// The probability that the plant of a run passes each target, by the model of its planner; empty for other controllers. It follows
-/// from the journal alone.
-#[must_use]
-pub fn outlook_of(config: &RunConfig, steps: &[StepRecord]) -> Vec<TargetOutlook> {
-    let ControllerSpec::Plan(planner) = &config.controller else { return Vec::new() };
-    let lights = lights_that_acted(steps);
-    let samples: Vec<Sample> = (steps.iter().zip(lights))
-        .filter_map(|(step, light)| {
-            Some(Sample::of(step.observation()?.clone(), step.step, step.time_s, light))
-        })
-        .collect();
-    if samples.is_empty() || config.task.targets.is_empty() {
-        return Vec::new();
+/// The probability that the plant of a run passes each target, by the model in a file: under the run's controller.
+fn outlook_of(config: &RunConfig, steps: &[StepRecord], model: &Path) -> Result<Vec<TargetOutlook>, Error> {
+    if config.task.targets.is_empty() {
+        return Ok(Vec::new());
     }
-    planner.outlook(&config.task, &samples, OUTLOOK_PLANTS)
+    let futures = simulate::continued(model, config, steps, OUTLOOK_PLANTS, config.task.max_steps)?;
+    let observed: Vec<Sample> = (steps.iter())
+        .filter_map(|step| Some(Sample::of(step.observation()?.clone(), step.step, step.time_s, None)))
+        .collect();
+    Ok(outlook(&config.task, &observed, &futures))
 }
 
 fn state(folder: &Path, process: Option<u32>, is_overdue: bool, events: &[Event]) -> RunState {

@@ -7,8 +7,6 @@ mod calibrate_camera;
 mod controller;
 #[path = "plans/going_on.rs"]
 mod going_on;
-#[path = "plans/planner.rs"]
-mod planner;
 #[path = "plans/rig_file.rs"]
 mod rig_file;
 #[path = "plans/run.rs"]

@@ -2,7 +2,6 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use tropism::control::PlannerConfig;
 use tropism::evolve::{self, EvolutionConfig, RuleSearch};
 use tropism::task::{Reading, Task};
 use tropism_lab::controller::ControllerSpec;
@@ -24,7 +23,7 @@ impl Monitor for PatientFor {
 }
 
 fn status(plan: &ReplicatesPlan) -> WorkStatus {
-    match (StatusPlan { folder: plan.out.clone() }).execute(&Silent).unwrap() {
+    match (StatusPlan { folder: plan.out.clone(), model: None }).execute(&Silent).unwrap() {
         StatusResults::Work(status) => status,
         other => panic!("{other:?}"),
     }
@@ -35,7 +34,6 @@ fn plan(out: std::path::PathBuf) -> ReplicatesPlan {
     let evolution = Box::new(EvolutionConfig { runs: 1, generations: 2, ..EvolutionConfig::default() });
     let neat = Config { population: 4, ..Config::wahby2016() };
     let weights = Box::new(EvolutionConfig { method: evolve::Method::CmaEs, neat, ..(*evolution).clone() });
-    let planner = PlannerConfig { plants: 2, replan_min: 120.0, ..PlannerConfig::default() };
     let method = |name: &str, kind| Method { name: name.to_owned(), kind };
     let scenario = |name: &str, variation| Scenario { variation, ..Scenario::named(name) };
     let config = ReplicatesConfig {
@@ -65,7 +63,6 @@ fn plan(out: std::path::PathBuf) -> ReplicatesPlan {
                 },
             ),
             method("rule", MethodKind::Tune { model: ModelKind::STEM, score: None, search }),
-            method("planner", MethodKind::Plan { model: ModelKind::STEM, planner: Box::new(planner) }),
         ],
         scenarios: vec![
             Scenario { steps: Some(160), ..scenario("alike", 0.5) },
@@ -90,11 +87,10 @@ fn replicates_make_controllers_that_steer_the_same_plants() {
     let made = |scenario: &str| whole.out.join(scenario).join("replicate-1/rule.json").exists();
     assert_eq!(["alike", "varied", "borrowed"].map(made), [true, true, false]);
     for scenario in &results.scenarios {
-        let [paper, weights, rule, planner] = &scenario.methods[..] else { panic!("four methods") };
-        for method in [paper, weights, rule, planner] {
+        let [paper, weights, rule] = &scenario.methods[..] else { panic!("three methods") };
+        for method in [paper, weights, rule] {
             assert_eq!(method.replicates.len(), 2);
         }
-        assert!(planner.worst_prediction.is_none(), "a planner expects nothing: {planner:?}");
         assert!(weights.worst_prediction.is_none(), "it expects what another score pays: {weights:?}");
         let all = |measures: &Measures| {
             let Measures { fitness, to_the_letter, by_approach, distances, done } = *measures;

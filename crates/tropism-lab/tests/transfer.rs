@@ -102,7 +102,7 @@ fn threads_and_interruptions_change_no_bit() {
         let error = on_threads(1, || broken_off.execute(&monitor)).unwrap_err();
         assert!(matches!(error, Error::Interrupted { folder } if folder == broken_off.out));
         assert_eq!(monitor.skipped.into_inner(), skipped);
-        let status = StatusPlan { folder: broken_off.out.clone() }.execute(&Silent).unwrap();
+        let status = StatusPlan { folder: broken_off.out.clone(), model: None }.execute(&Silent).unwrap();
         let StatusResults::Work(status) = status else { panic!("{status:?}") };
         let (steered, found) = if skipped == 0 { (4, 0) } else { (6, 1) };
         let parts: Vec<(u64, u64)> = status.parts.iter().map(|part| (part.done, part.total)).collect();

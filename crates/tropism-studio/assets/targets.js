@@ -27,7 +27,10 @@ export function targets() {
     if (expected?.hours)
       return html`<tr>
         ${name}
-        <td>in ${num(expected.hours[0], 1)} to ${num(expected.hours[1], 1)} h</td>
+        <td>
+          in ${num(expected.hours[0], 1)} to ${num(expected.hours[1], 1)} h, within 1 cm with a probability of
+          ${num(expected.probability, 2)}
+        </td>
         <td class="n">${num(expected.beside[0], 1)} to ${num(expected.beside[1], 1)}</td>
       </tr>`;
     return html`<tr>

@@ -492,6 +492,8 @@ export interface PredictedTarget {
   beside: [number, number] | null;
   /** Hours until then. */
   hours: [number, number] | null;
+  /** Share of all simulated plants that pass it within 1 cm. */
+  probability: number;
   /** Plants that reach its height. */
   reached: number;
   x: number;
@@ -629,7 +631,7 @@ export interface RunStatus {
   max_steps: number;
   /** Seconds until the next step is due, below 0 if it is late; of real plants while the run goes on. */
   next_step_in_s: number | null;
-  /** What is known of each target of a run that a planner steers; else empty. */
+  /** How probably the plant of a run passes each target; empty without a model. */
   outlook?: TargetOutlook[];
   /** File of the latest photograph. */
   photograph: string | null;

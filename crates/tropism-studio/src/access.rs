@@ -132,12 +132,7 @@ impl Access {
     /// Without tokens, for the computer alone.
     pub(crate) fn open() -> Result<Self, StudioError> {
         let open = Session { right: Right::Change, csrf: random_word()?, began: Instant::now() };
-        Ok(Self {
-            hashes: None,
-            sessions: Mutex::default(),
-            wrong: Mutex::default(),
-            open,
-        })
+        Ok(Self { hashes: None, sessions: Mutex::default(), wrong: Mutex::default(), open })
     }
 
     /// With the tokens whose hashes are in the folder of the studio.
@@ -149,7 +144,9 @@ impl Access {
         let hashes: Hashes = serde_json::from_str(&text).map_err(|error| problem(error.to_string()))?;
         for hash in [&hashes.change, &hashes.look] {
             if hash.len() != 64 || !hash.bytes().all(|digit| digit.is_ascii_hexdigit()) {
-                return Err(problem(format!("found {hash:?}, wanted the 64 digits of a SHA-256; make new tokens by --new-tokens")));
+                return Err(problem(format!(
+                    "found {hash:?}, wanted the 64 digits of a SHA-256; make new tokens by --new-tokens"
+                )));
             }
         }
         Ok(Self { hashes: Some(hashes), ..Self::open()? })

@@ -40,10 +40,10 @@ fn is_for_everybody(path: &str) -> bool {
 pub(crate) async fn gate(State(studio): State<Arc<Studio>>, mut request: Request, next: Next) -> Response {
     let path = request.uri().path();
     let is_page = request.method() == Method::GET && !path.starts_with("/api/") && path != METRICS;
-    if let Some((token, from)) = bearer(&request) {
-        if let Some(session) = studio.access.looks(&token, from) {
-            request.extensions_mut().insert(session);
-        }
+    if let Some((token, from)) = bearer(&request)
+        && let Some(session) = studio.access.looks(&token, from)
+    {
+        request.extensions_mut().insert(session);
     }
     let mut response = match check(&studio, &request) {
         Ok(session) => {

@@ -279,7 +279,7 @@ impl Queue {
 
     /// Whether somebody searches for the rule that a job makes.
     fn is_searched(&self, at: &str) -> bool {
-        let status = (StatusPlan { folder: self.root.join(at) }).execute(&Silent);
+        let status = (StatusPlan { folder: self.root.join(at), model: None }).execute(&Silent);
         matches!(status, Ok(StatusResults::Work(search)) if search.work == "tune" && is_at_work(&search))
     }
 

@@ -50,8 +50,6 @@ pub enum Purpose {
     Training = 18,
     /// Simulated plants of a forecast.
     Forecast = 19,
-    /// Simulated plants of a planner.
-    Plan = 20,
     /// Seeds of searches that begin side by side.
     Start = 21,
     /// Virtual plants on which a measurement checks itself.

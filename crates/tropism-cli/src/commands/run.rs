@@ -37,7 +37,7 @@ pub(crate) struct Run {
     #[arg(long, value_name = "greenhouse|RIG.toml")]
     rig: Option<PathBuf>,
 
-    /// periodic[:6h], greedy, or the file of an evolved network, a tuned rule, a planner, or a model to plan on; that of the run in DIR by default
+    /// periodic[:6h], greedy, or the file of an evolved network or a tuned rule; that of the run in DIR by default
     #[arg(long, value_name = "CONTROLLER")]
     controller: Option<ControllerName>,
 

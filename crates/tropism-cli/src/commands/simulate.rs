@@ -24,7 +24,7 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "model.json")]
     model: PathBuf,
 
-    /// periodic[:6h], greedy, or the file of an evolved network, a tuned rule, a planner, or a model to plan on
+    /// periodic[:6h], greedy, or the file of an evolved network or a tuned rule
     #[arg(long, value_name = "CONTROLLER")]
     controller: ControllerName,
 

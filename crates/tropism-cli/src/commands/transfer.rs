@@ -26,7 +26,7 @@ use crate::units::UnitsOption;
     tropism transfer --controllers evolution greedy --model model.json --optimum --out transfer\n  \
     tropism transfer --out transfer --resume")]
 pub(crate) struct Transfer {
-    /// periodic[:6h], greedy, files of champions, rules, planners or models to plan on, or folders of champions
+    /// periodic[:6h], greedy, files of champions or rules, or folders of champions
     #[arg(long, required_unless_present = "resume", num_args = 1.., value_name = "CONTROLLER")]
     controllers: Vec<ControllerName>,
 

@@ -13,7 +13,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::control::PlannerConfig;
 use tropism::evolve::{EvolutionConfig, RuleSearch};
 use tropism::lamps::Light;
 use tropism::random::{self, Purpose};
@@ -31,7 +30,6 @@ use crate::evolve::{EvolvePlan, TRIAL_PLANTS};
 use crate::files::{self, FileError};
 use crate::fit::{FitPlan, ModelKind};
 use crate::grow::GrowPlan;
-use crate::planner::PlannerFile;
 use crate::sequences;
 use crate::task::check_goal;
 use crate::transfer::{NamedController, TEST_PLANTS, TransferPlan, TransferResults, check_names};
@@ -84,14 +82,6 @@ pub enum MethodKind {
         /// Generations, rules a generation, and plants a rule.
         #[serde(default)]
         search: RuleSearch,
-    },
-    /// A planner on a model; nothing is searched for.
-    Plan {
-        /// Which model.
-        model: ModelKind,
-        /// What the planner tries, and how often.
-        #[serde(default)]
-        planner: Box<PlannerConfig>,
     },
 }
 
@@ -298,7 +288,6 @@ impl ReplicatesConfig {
             match kind {
                 MethodKind::Evolve { evolution, .. } => evolution.check().map_err(Error::in_plan(name))?,
                 MethodKind::Tune { search, .. } => search.check().map_err(Error::in_plan(name))?,
-                MethodKind::Plan { planner, .. } => planner.check().map_err(Error::in_plan(name))?,
             }
         }
         if self.scenarios.is_empty() {
@@ -496,8 +485,7 @@ impl ReplicatesPlan {
     /// The files of what a replicate, from 0, made by a method: its controller, and the time that it took.
     fn made(&self, scenario: &Scenario, replicate: u32, method: &Method) -> [PathBuf; 2] {
         let folder = replicate_folder(&self.made_in(scenario), replicate);
-        let kind = if matches!(method.kind, MethodKind::Plan { .. }) { "toml" } else { "json" };
-        [kind, "seconds"].map(|end| folder.join(format!("{}.{end}", method.name)))
+        ["json", "seconds"].map(|end| folder.join(format!("{}.{end}", method.name)))
     }
 
     /// The task of each scenario.
@@ -753,22 +741,11 @@ impl AtWork<'_> {
             return Ok(());
         }
         let seed = self.seed(replicate.into());
-        let (MethodKind::Evolve { model: kind, .. }
-        | MethodKind::Tune { model: kind, .. }
-        | MethodKind::Plan { model: kind, .. }) = &method.kind;
-        let kind = *kind;
-        let model = self.model(&folder, kind, seed, monitor)?;
+        let (MethodKind::Evolve { model: kind, .. } | MethodKind::Tune { model: kind, .. }) = &method.kind;
+        let model = self.model(&folder, *kind, seed, monitor)?;
         let seconds = match &method.kind {
             MethodKind::Tune { search, score, .. } => {
                 self.tune(&file, Some(&model), *score, search, seed, monitor)?
-            }
-            MethodKind::Plan { planner, .. } => {
-                // Both lie in the folder of the replicate.
-                let model = PathBuf::from(model.file_name().unwrap_or_default());
-                let text =
-                    files::toml_of(&file, &PlannerFile { model, rule: None, planner: (**planner).clone() })?;
-                files::write(&file, text.as_bytes())?;
-                0.0
             }
             MethodKind::Evolve { from, score, evolution, .. } => {
                 let out = folder.join(format!("{}-evolution", method.name));

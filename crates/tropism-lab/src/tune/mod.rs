@@ -9,15 +9,15 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::control::{PredictiveGreedy, PredictiveRule, TargetOutlook, outlook};
+use tropism::control::{PredictiveGreedy, PredictiveRule};
 use tropism::environment;
 use tropism::evolve::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial, Trial, TunedRule};
 use tropism::math::statistics::standard_deviation;
-use tropism::observation::Observation;
 use tropism::parallel;
+use tropism::plant::PlantModel;
 use tropism::random::{self, Purpose};
-use tropism::task::Task;
-use tropism::track::{PAPER_PERIOD_MIN, Sample};
+use tropism::task::{TargetOutlook, Task, outlook};
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::Species;
 use tropism_bean::tent::Greenhouse;
 
@@ -176,8 +176,13 @@ fn seedling_outlook(
     if task.targets.is_empty() {
         return Ok(Vec::new());
     }
-    let start = [Sample::of(Observation::simulated(task.start), 0, 0.0, None)];
-    let on = |model: &Model, plants| outlook(model, task, rule, &start, plants, seed);
+    let on = |model: &Model, plants: u32| {
+        let steered = |plant: usize| {
+            let mut controller = PredictiveGreedy::new(rule, task, model.layout());
+            model::simulate(model, &mut controller, task, seed, plant as u32, &mut environment::unwatched)
+        };
+        outlook(task, &[], &parallel::map(plants as usize, steered))
+    };
     let mut of_all = on(model, OUTLOOK_PLANTS);
     let alone = model.of_each_plant(usize::MAX).map_err(|error| Error::Plan(error.to_string()))?;
     if alone.len() < 2 {

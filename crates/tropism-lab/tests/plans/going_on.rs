@@ -2,11 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use tropism::geometry::Point;
 use tropism::lamps::Light;
 use tropism::lighting::Lighting;
+use tropism::task::Task;
 use tropism::track::Sample;
 use tropism_lab::fit::FitPlan;
 use tropism_lab::simulate::continued;
+use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::{ControllerSpec, RunConfig, RunPlan, Silent, StepRecord, Workflow};
 
 /// A run of 24 steps whose lamps switch every 25 minutes, and a model of it.
@@ -14,7 +17,8 @@ fn run(folder: &Path) -> (RunConfig, Vec<StepRecord>, PathBuf) {
     let out = folder.join("run");
     let mut config = RunConfig::default();
     config.controller = ControllerSpec::periodic(25.0);
-    config.task.max_steps = 24;
+    let targets = [4.05, 9.0].map(|height_cm| Point::new(0.0, height_cm)).into();
+    config.task = Task { max_steps: 24, targets, ..Task::default() };
     RunPlan { out: out.clone(), config: config.clone(), ..RunPlan::default() }.execute(&Silent).unwrap();
     let model = folder.join("model.json");
     let plan = FitPlan { tracks: vec![out.clone()], out: model.clone(), anyway: true, ..FitPlan::default() };
@@ -45,6 +49,21 @@ fn plants_go_on_where_the_run_has_come_to() {
     let mut missed = steps[..17].to_vec();
     missed.drain(3..9);
     assert_eq!(lights(&continued(&model, &config, &missed, 1, 1000).unwrap()[0].samples), decided);
+}
+
+#[test]
+fn a_status_by_a_model_says_what_becomes_of_the_targets() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, _, model) = run(folder.path());
+    let status = |model| match (StatusPlan { folder: folder.path().join("run"), model }).execute(&Silent) {
+        Ok(StatusResults::Run(run)) => run.outlook,
+        other => panic!("{other:?}"),
+    };
+    assert!(status(None).is_empty());
+    let [low, high] = &status(Some(model))[..] else { panic!("two targets") };
+    assert!(low.passed_cm.is_some_and(|distance| distance < 1.0) && low.probability == 1.0, "{low:?}");
+    // The run is over.
+    assert!(high.passed_cm.is_none() && high.is_out_of_reach(), "{high:?}");
 }
 
 #[test]

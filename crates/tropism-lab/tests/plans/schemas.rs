@@ -13,7 +13,6 @@ use tropism::task::Task;
 use tropism::vision::Calibration;
 use tropism_bean::Species;
 use tropism_lab::evolve::EvolveConfig;
-use tropism_lab::planner::PlannerFile;
 use tropism_lab::replicates::ReplicatesConfig;
 use tropism_lab::study::StudyConfig;
 use tropism_lab::sweep::SweepConfig;
@@ -30,7 +29,6 @@ fn schemas() -> BTreeMap<&'static str, Value> {
         ("bean", schema::<Species>()),
         ("calibration", schema::<Calibration>()),
         ("evolution", schema::<EvolveConfig>()),
-        ("planner", schema::<PlannerFile>()),
         ("replicates", schema::<ReplicatesConfig>()),
         ("rig", schema::<RigFile>()),
         ("study", schema::<StudyConfig>()),

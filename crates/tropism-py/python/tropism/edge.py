@@ -29,7 +29,7 @@ PathLike: TypeAlias = "str | os.PathLike[str]"
 Settings: TypeAlias = Mapping[str, Any]
 #: Settings by key, or the TOML file that holds them.
 AnySettings: TypeAlias = "Settings | PathLike"
-#: "greedy", "periodic", a champion, rule or planner file, a genome or champion, or a controller as data, such as
+#: "greedy", "periodic", a champion or rule file, a genome or champion, or a controller as data, such as
 #: {"kind": "periodic", "minutes": 180}.
 AnyController: TypeAlias = Union["Settings", "PathLike", "_core.Genome", "Champion"]
 #: A task as data, such as {"kind": "targets", "targets": [[3, 6]]}; a task file, or a champion, rule or run folder with a task.
@@ -172,7 +172,7 @@ def controller(value: Any, place: str = "controller") -> dict[str, Any]:
         name = path(value)
         if not os.path.exists(name) and os.sep not in name and "." not in name:
             words = ", ".join(f'"{word}"' for word in WORDS)
-            raise PlanError(f"{place}: found {name!r}, wanted {words}, or a file of a champion, a rule or a planner")
+            raise PlanError(f"{place}: found {name!r}, wanted {words}, or a file of a champion or a rule")
         of_file: dict[str, Any] = json.loads(_core.read_controller(name))
         return of_file
     if isinstance(value, Mapping):

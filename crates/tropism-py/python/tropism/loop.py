@@ -290,7 +290,7 @@ class NetworkController(Controller):
 
 
 class CoreController(Controller):
-    """A controller of the core as an object: greedy, periodic, an evolved network, a tuned rule or a planner.
+    """A controller of the core as an object: greedy, periodic, an evolved network or a tuned rule.
 
     `spec` is a word ("greedy", "periodic"), a file, a genome, or data, such as {"kind": "periodic", "minutes": 360}.
 

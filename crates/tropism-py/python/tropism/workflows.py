@@ -56,7 +56,7 @@ def quick_study() -> dict[str, Any]:
 
 
 def controller_of(source: AnyController) -> dict[str, Any]:
-    """A controller as data: of a champion, rule or planner file, of a word ("greedy", "periodic"), or of a genome.
+    """A controller as data: of a champion or rule file, of a word ("greedy", "periodic"), or of a genome.
 
     >>> import tropism
     >>> tropism.controller_of("greedy")

@@ -40,7 +40,7 @@ pub(super) async fn work(State(studio): Shared, Query(At { at }): Query<At>) -> 
     work_on(&studio, move |studio| {
         let folder = resolve_work(&studio.root, &at)?;
         let kind = Kind::of(&folder).ok_or_else(|| Refusal::missing(format!("{at}: found no work")))?;
-        let status = StatusPlan { folder: folder.clone() }.execute(&Silent)?;
+        let status = StatusPlan { folder: folder.clone(), model: None }.execute(&Silent)?;
         let is_at_work = match &status {
             StatusResults::Work(search) if search.work == "tune" => items::is_at_work(search),
             _ => holder(&folder)?.is_some(),

@@ -143,7 +143,8 @@ impl Item {
             (Some(live), _) => live.read(folder).then(|| live.status(folder, stamp.holder)),
             (None, ended) => ended.as_ref().map(|ended| ended.status(folder, None)),
         };
-        let status = known.map_or_else(|| (StatusPlan { folder: folder.clone() }).execute(&Silent), Ok);
+        let status =
+            known.map_or_else(|| (StatusPlan { folder: folder.clone(), model: None }).execute(&Silent), Ok);
         let config = ended.map(|ended| ended.config);
         let latest = followed.as_ref().and_then(Followed::photo_v);
         match status {

@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use tropism::geometry::Point;
-use tropism::task::Task;
+use tropism::task::{TargetOutlook, Task, outlook};
 use tropism::track::Track;
-use tropism_lab::{ControllerSpec, RunConfig, StepRecord, simulate};
+use tropism_lab::{RunConfig, StepRecord, simulate};
 use tropism_page::thinned;
 
 use super::told::rounded;
@@ -61,6 +61,8 @@ struct PredictedTarget {
     hours: Option<[f64; 2]>,
     /// Distance from the target then, in cm.
     beside: Option<[f64; 2]>,
+    /// Share of all simulated plants that pass it within 1 cm.
+    probability: f64,
 }
 
 /// What is expected of a form; ranges hold eight of ten plants that reach the height at which it counts.
@@ -110,9 +112,6 @@ impl Predictions {
 pub(crate) fn reason_not_to_predict(config: &RunConfig) -> Option<&'static str> {
     match &config.task {
         task if !task.has_goal() => Some("this task has nothing to reach"),
-        _ if matches!(config.controller, ControllerSpec::Plan(_)) => {
-            Some("its controller plans by simulations of its own, which takes too long for many plants")
-        }
         task if task.is_in_space() => {
             Some("this task is in space, and what is predicted here is in the plane of the front camera")
         }
@@ -134,9 +133,9 @@ pub(crate) fn prediction(
     let tips = tail.steps.iter().rev();
     let tip = tips.filter_map(StepRecord::observation).map(|seen| seen.tip).next();
     let tip = tip.ok_or_else(|| Refusal::missing("there is no photograph yet"))?;
-    let left: Vec<Point> = config.task.targets.iter().copied().filter(|target| target.y > tip.y).collect();
+    let is_left = |target: &Point| target.y > tip.y;
     let is_form = config.task.has_form();
-    if left.is_empty() && !is_form {
+    if !config.task.targets.iter().any(is_left) && !is_form {
         return Err(Refusal::missing("the tip is above all targets"));
     }
     let tracks = simulate::continued(model, config, &tail.steps, PREDICTED, LOOKS_AHEAD)?;
@@ -144,7 +143,10 @@ pub(crate) fn prediction(
     Ok(Prediction {
         from: tip.into(),
         plants: PREDICTED,
-        targets: left.iter().map(|target| predicted(target, &tracks, period_min)).collect(),
+        targets: (outlook(&config.task, &[], &tracks).iter())
+            .filter(|outlook| is_left(&outlook.target))
+            .map(|outlook| predicted(outlook, &tracks, period_min))
+            .collect(),
         paths: tracks.iter().take(12).map(|track| thinned(track).0).collect(),
         form: is_form.then(|| predicted_form(&config.task, &tracks, period_min)),
         // Nothing holds a stem of a model back.
@@ -165,8 +167,12 @@ fn eight_in_ten(mut values: Vec<f64>) -> Option<[f64; 2]> {
     (!values.is_empty()).then(|| [at(0.1), at(0.9)])
 }
 
-/// Of those plants that reach the height of a target.
-fn predicted(target: &Point, tracks: &[Track], period_min: f64) -> PredictedTarget {
+/// Of a target; hours and distance of those plants that reach its height.
+fn predicted(
+    TargetOutlook { target, probability, .. }: &TargetOutlook,
+    tracks: &[Track],
+    period_min: f64,
+) -> PredictedTarget {
     let crossed = tracks.iter().filter_map(|track| {
         let sample = track.samples.iter().find(|sample| sample.tip.y >= target.y)?;
         Some((hours_to(track, sample.step, period_min), (sample.tip.x - target.x).abs()))
@@ -178,6 +184,7 @@ fn predicted(target: &Point, tracks: &[Track], period_min: f64) -> PredictedTarg
         reached: hours.len(),
         hours: eight_in_ten(hours),
         beside: eight_in_ten(beside),
+        probability: *probability,
     }
 }
 

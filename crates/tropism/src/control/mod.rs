@@ -3,7 +3,6 @@
 //! An [`Observation`] comes in, a [`Light`] goes out, once a step. [`Periodic`] sees nothing and switches at regular
 //! intervals, as in the paper's open-loop experiments; [`Schedule`] plays back a list of lights; [`Greedy`] is the rule that a person would write by hand;
 //! [`PredictiveGreedy`] is the same rule with nine parameters that are tuned on a model;
-//! [`Planner`] decides by simulations of a model;
 //! [`NetworkController`] is what evolution makes, and [`Sensors`] say what its network sees. [`network_analysis`] reads
 //! from a network what it can do.
 //!
@@ -14,8 +13,6 @@ mod greedy;
 mod network;
 pub mod network_analysis;
 mod periodic;
-mod planner;
-mod outlook;
 pub(crate) mod rule;
 mod schedule;
 mod sensors;
@@ -26,9 +23,7 @@ use crate::observation::Observation;
 
 pub use greedy::Greedy;
 pub use network::{Dimming, Interface, NetworkController, OUTPUTS, OneLamp, ShapeError, outputs};
-pub use outlook::{TargetOutlook, outlook};
 pub use periodic::Periodic;
-pub use planner::{Planner, PlannerConfig};
 pub use rule::{Avoidance, PredictiveGreedy, PredictiveRule};
 pub use schedule::Schedule;
 pub use sensors::{Sensor, SensorState, Sensors, SensorsError, TIP_INPUTS};

@@ -73,12 +73,6 @@ pub trait PlantModel: Sync {
         self.seedling(past[past.len() - 1].tip, noise)
     }
 
-    /// Plants that each may be the one whose `past` was observed, one for each of `noises`: as [`resumed`](Self::resumed), but a
-    /// model that can learns from the whole past how this very plant answers.
-    fn twins(&self, past: &[Sample], noises: &mut [StepNoise]) -> Vec<Self::Plant> {
-        noises.iter_mut().map(|noise| self.resumed(past, noise)).collect()
-    }
-
     /// Puts a plant among `solids`, which its stem cannot pass. A model that knows no contact leaves the plant as it is, and stems
     /// go through solids.
     fn among(&self, _plant: &mut Self::Plant, _solids: &[Solid]) {}

@@ -201,7 +201,6 @@ pub struct AnyModel {
 trait DynModel: FittedModel {
     fn seedling(self: Arc<Self>, start: Point, noise: &mut StepNoise) -> Box<dyn Plant>;
     fn resumed(self: Arc<Self>, past: &[Sample], noise: &mut StepNoise) -> Box<dyn Plant>;
-    fn twins(self: Arc<Self>, past: &[Sample], noises: &mut [StepNoise]) -> Vec<Box<dyn Plant>>;
     fn knows_levels(&self) -> bool;
     fn layout(&self) -> &Layout;
     fn period_min(&self) -> f64;
@@ -259,11 +258,6 @@ impl<M: FittedModel + BatchModel<Plant: Send + Sync + 'static> + Send + 'static>
 
     fn resumed(self: Arc<Self>, past: &[Sample], noise: &mut StepNoise) -> Box<dyn Plant> {
         Box::new(Grown { plant: PlantModel::resumed(&*self, past, noise), model: self })
-    }
-
-    fn twins(self: Arc<Self>, past: &[Sample], noises: &mut [StepNoise]) -> Vec<Box<dyn Plant>> {
-        let boxed = |plant| -> Box<dyn Plant> { Box::new(Grown { plant, model: self.clone() }) };
-        PlantModel::twins(&*self, past, noises).into_iter().map(boxed).collect()
     }
 
     fn knows_levels(&self) -> bool {
@@ -371,10 +365,6 @@ impl PlantModel for AnyModel {
 
     fn resumed(&self, past: &[Sample], noise: &mut StepNoise) -> Box<dyn Plant> {
         self.model.clone().resumed(past, noise)
-    }
-
-    fn twins(&self, past: &[Sample], noises: &mut [StepNoise]) -> Vec<Box<dyn Plant>> {
-        self.model.clone().twins(past, noises)
     }
 
     fn among(&self, plant: &mut Box<dyn Plant>, solids: &[Solid]) {

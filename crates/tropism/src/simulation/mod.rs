@@ -18,7 +18,7 @@ use crate::observation::Observation;
 use crate::plant::PlantModel;
 use crate::random::{NoiseStream, Purpose};
 use crate::task::{Past, Task};
-use crate::track::Track;
+use crate::track::{Sample, Track};
 
 pub use any::{AnyModel, ModelKind};
 pub use score::{BatchModel, Episode};
@@ -96,6 +96,36 @@ fn simulate_with<M: PlantModel>(
 ) -> Track {
     let Ok(track) = run(&mut Simulation::new(model, task, noise), controller, task, &mut unwatched);
     track
+}
+
+/// The track of `controller` on a `plant` of `model` that was observed as `now`: until `task` is over, or `most_steps` steps later.
+///
+/// Its first sample is `now`, and its steps count on from there. Where the light of `now` is known, it acts, whatever the
+/// controller decides.
+pub fn go_on<M: PlantModel>(
+    model: &M,
+    mut plant: M::Plant,
+    controller: &mut (impl Controller + ?Sized),
+    task: &Task,
+    now: &Sample,
+    noise: NoiseStream,
+    most_steps: u32,
+) -> Track {
+    model.among(&mut plant, &task.solids());
+    let is_known = now.light.is_some() || model.knows_levels() && !now.is_dark();
+    let known = is_known.then(|| now.lighting());
+    let (mut step, mut seen, mut samples) = (now.step, now.observation(), Vec::new());
+    loop {
+        let is_over = task.is_over(step, &seen) || step - now.step >= most_steps;
+        let decided = (!is_over).then(|| controller.lighting(&seen));
+        let lighting = decided.map(|decided| known.filter(|_| step == now.step).unwrap_or(decided));
+        let time_s = f64::from(step) * model.period_min() * 60.0;
+        samples.push(Sample::of(seen, step, time_s, lighting.unwrap_or_default()));
+        let Some(lighting) = lighting else { break };
+        model.shine(&mut plant, lighting, &mut noise.at(step));
+        (seen, step) = (model.observe(&plant), step + 1);
+    }
+    Track { layout: model.layout().clone(), period_min: model.period_min(), ..Track::of(samples) }
 }
 
 /// The fitness of `controller` on `model`: what [`Task::fitness`] says of its track, without the track.

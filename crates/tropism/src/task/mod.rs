@@ -10,6 +10,7 @@
 mod keys;
 mod obstacles;
 mod open_loop;
+mod outlook;
 mod random_targets;
 mod shape;
 mod space;
@@ -32,6 +33,7 @@ use crate::track::{Sample, Track};
 pub use keys::Task;
 pub use obstacles::Obstacles;
 pub use open_loop::OpenLoop;
+pub use outlook::{TargetOutlook, outlook};
 pub use random_targets::RandomTargets;
 pub use shape::Shape;
 pub use space::Space;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism::control::TargetOutlook;
+use tropism::task::TargetOutlook;
 use tropism_lab::files::shell_word;
 use tropism_lab::status::{LatestEvent, RunState, RunStatus, StatusPlan, StatusResults};
 use tropism_lab::tags;
@@ -25,6 +25,7 @@ use crate::shell::Shell;
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism status bean\n  \
+    tropism status bean --model stem.json\n  \
     watch -n 60 tropism status bean\n  \
     tropism status evolution\n  \
     tropism status tropism-study --json")]
@@ -32,15 +33,23 @@ pub(crate) struct Status {
     /// Folder of a run or of long work, or file of a rule
     #[arg(value_name = "DIR|rule.json")]
     folder: PathBuf,
+
+    /// Of a run: say by this model how probably the plant passes each target
+    #[arg(long, value_name = "MODEL.json")]
+    model: Option<PathBuf>,
 }
 
 impl Status {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let tags = tags::read(&self.folder).join(", ");
-        execute_and_print(&StatusPlan { folder: self.folder }, shell, |status| match &*tags {
-            "" => text(status),
-            tags => format!("{}\n{:<12} {tags}", text(status), "tags"),
-        })
+        execute_and_print(
+            &StatusPlan { folder: self.folder, model: self.model },
+            shell,
+            |status| match &*tags {
+                "" => text(status),
+                tags => format!("{}\n{:<12} {tags}", text(status), "tags"),
+            },
+        )
     }
 }
 

@@ -5,7 +5,7 @@ use super::errors::smooth_lengths;
 use super::history::History;
 use super::light::Lamps;
 use super::measured::{MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants};
-use super::regression::{Posterior, ridge_regression};
+use super::regression::ridge_regression;
 use super::replay::{Record, Replay};
 use super::shape::{MODES, Modes, Place, Scores, stem_of, top_of};
 use super::terms::{TERMS, Windows, expected};
@@ -23,10 +23,6 @@ const POOLED_RIDGE: f64 = 30.0;
 /// Ridge of the weights of one plant, which are drawn to those of all. Of 30, 100 and infinity, 100 predicted the fitness of
 /// the greedy rule best in five replicates of virtual beans.
 const PLANT_RIDGE: f64 = 100.0;
-
-/// Ridge of the weights of a plant that is being steered, which are drawn to those of a measured one. Chosen: of 30, 100, 300 and 1000
-/// the tip of 20 virtual beans an hour ahead was predicted best at 100 and 300.
-const LEARNING_RIDGE: f64 = 200.0;
 
 /// A measured step: its residual, and the state in which it was.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,18 +129,6 @@ impl<const AXES: usize> Response<AXES> {
     }
 }
 
-/// What the usable steps of one plant say of its weights; `scale` is the mean square of each term.
-pub(super) fn posterior_of<const AXES: usize>(
-    rows: &[Row<AXES>],
-    scale: &[f64; TERMS],
-) -> Posterior<TERMS, MODES> {
-    let along = |row| {
-        let Row { terms, what, .. }: &Row<AXES> = row;
-        terms.iter().zip(what.residual.scores)
-    };
-    Posterior::of(rows.iter().flat_map(along), scale.map(|scale| LEARNING_RIDGE * scale))
-}
-
 fn weights_of<'r, const AXES: usize>(
     rows: impl Iterator<Item = &'r Row<AXES>> + Clone,
     prior: &Weights,
@@ -158,13 +142,12 @@ fn weights_of<'r, const AXES: usize>(
     })
 }
 
-/// The responses of all plants with a usable step: weights of all together first, then those of each plant, drawn to them. And the
-/// mean square of each term.
+/// The responses of all plants with a usable step: weights of all together first, then those of each plant, drawn to them.
 pub(super) fn responses<const AXES: usize>(
     measured: &MeasuredPlants<AXES>,
     modes: &Modes,
     windows: &Windows,
-) -> Result<(Vec<Response<AXES>>, [f64; TERMS]), ModelError> {
+) -> Result<Vec<Response<AXES>>, ModelError> {
     let of_plants: Vec<(&MeasuredPlant<AXES>, Vec<Row<AXES>>)> = (measured.plants.iter())
         .map(|plant| (plant, rows(plant, measured, modes, windows)))
         .filter(|(_, rows)| !rows.is_empty())
@@ -181,5 +164,5 @@ pub(super) fn responses<const AXES: usize>(
     let scale: [f64; TERMS] = core::array::from_fn(mean_square);
     let pooled = weights_of(rows(), &[[0.0; TERMS]; MODES], &scale.map(|scale| POOLED_RIDGE * scale));
     let responses = of_plants.into_iter().map(|(plant, rows)| Response::new(plant, rows, &pooled, &scale));
-    Ok((responses.collect(), scale))
+    Ok(responses.collect())
 }

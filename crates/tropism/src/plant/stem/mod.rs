@@ -23,8 +23,6 @@
     reason = "an axis, a mode or a segment is an index into many arrays at once"
 )]
 
-use std::sync::Arc;
-
 mod history;
 mod shape;
 mod terms;
@@ -40,14 +38,14 @@ mod contact;
 use self::body::{Body, Residual};
 use self::contact::Bent;
 use self::errors::{Errors, Past};
-use self::fit::{Response, Step, Weights, changes_of, posterior_of, responses, rows};
+use self::fit::{Response, Step, Weights, changes_of, responses, rows};
 use self::light::Lamps;
 use self::measured::{MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants};
 use self::replay::{BLOCK_REACH_CM, LIKE_LIGHT_WEIGHT};
 pub use self::shape::MODES;
 pub(crate) use self::shape::Place;
 use self::shape::{Modes, Scores, size, tilts};
-use self::terms::{TERMS, Windows, expected, with_gain};
+use self::terms::{TERMS, Windows, expected};
 use super::config::TipModelConfig;
 use super::fitted::{FittedModel, ModelError};
 use super::{PlantModel, evenly};
@@ -135,8 +133,6 @@ pub struct StemModel<const AXES: usize> {
     modes: Modes,
     errors: Errors,
     plants: Vec<Response<AXES>>,
-    /// Mean square of each term over the measured plants.
-    scale: [f64; TERMS],
     /// Greatest distance of a tip from the vertical through the root, least and greatest height, and of the stems, in cm.
     widest_cm: f64,
     heights_cm: [f64; 2],
@@ -165,7 +161,7 @@ impl<const AXES: usize> StemModel<AXES> {
     fn of_measured(measured: MeasuredPlants<AXES>) -> Result<Self, ModelError> {
         let windows = Windows::of(measured.period_min);
         let modes = Modes::of(measured.low_stems().flat_map(tilts));
-        let (plants, scale) = responses(&measured, &modes, &windows)?;
+        let plants = responses(&measured, &modes, &windows)?;
         let lengths_cm =
             range(plants.iter().flat_map(|plant| plant.replay.records.iter().map(|record| record.length_cm)));
         let low_scores: Vec<[Scores; AXES]> =
@@ -179,7 +175,6 @@ impl<const AXES: usize> StemModel<AXES> {
             errors: Errors::of(&measured.plants, &modes),
             modes,
             plants,
-            scale,
             widest_cm: low_tips().map(|tip| size(tip.aside)).fold(0.0, f64::max),
             heights_cm: range(low_tips().map(|tip| tip.up)),
             lengths_cm,
@@ -316,8 +311,6 @@ struct Seat {
 pub struct StemState<const AXES: usize> {
     body: Body<AXES>,
     seat: Seat,
-    /// What was learned of this very plant, in place of the weights of the measured one.
-    learned: Option<Arc<Weights>>,
     /// The poles that its midline cannot pass.
     poles: Vec<Pole>,
 }
@@ -332,7 +325,7 @@ impl<const AXES: usize> PlantModel for StemModel<AXES> {
         let base = self.plants[plant].base.seen_in(&self.images[among(self.images.len())]);
         let start = Place::of([start.x, start.y, 0.0]);
         let body = Body::upright(&self.modes, &self.windows, gain, base, start);
-        StemState { body, seat: Seat { plant, record: None }, learned: None, poles: Vec::new() }
+        StemState { body, seat: Seat { plant, record: None }, poles: Vec::new() }
     }
 
     /// The stem as it was seen last, with the light and the changes of the past.
@@ -356,24 +349,6 @@ impl<const AXES: usize> PlantModel for StemModel<AXES> {
         plant
     }
 
-    /// Each is one of the measured plants with a gain, as in [`seedling`](Self::seedling): a prior of the weights, which ridge
-    /// regression on the steps of this plant moves. So at first twins differ as plants do, and in time they answer as this one
-    /// does. Residuals and growth stay those of the measured plant.
-    fn twins(&self, past: &[Sample], noises: &mut [StepNoise]) -> Vec<StemState<AXES>> {
-        let Self { measured, modes, windows, .. } = self;
-        let past_steps = MeasuredPlant::of_samples(past, &measured.layout, usize::MAX);
-        let learning = rows(&past_steps, measured, modes, windows);
-        let posterior = posterior_of(&learning, &self.scale);
-        let twin = |noise: &mut StepNoise| {
-            let mut plant = self.resumed(past, noise);
-            let gain = std::mem::replace(&mut plant.body.gain, 1.0);
-            let prior = self.plants[plant.seat.plant].weights.map(|weights| with_gain(weights, gain));
-            plant.learned = Some(Arc::new(posterior.weights(&prior)));
-            plant
-        };
-        noises.iter_mut().map(twin).collect()
-    }
-
     /// In space its stem keeps out of poles.
     fn among(&self, plant: &mut StemState<AXES>, solids: &[Solid]) {
         plant.poles = contact::poles_among(solids, plant.body.stem[0]);
@@ -385,11 +360,10 @@ impl<const AXES: usize> PlantModel for StemModel<AXES> {
 
     fn shine(&self, plant: &mut StemState<AXES>, lighting: Lighting, noise: &mut StepNoise) {
         let Self { measured, modes, windows, lamps, .. } = self;
-        let StemState { body, seat, learned, poles } = plant;
+        let StemState { body, seat, poles } = plant;
         body.light.add(lamps.light(lighting, body.tip));
         self.draw(body, 0, body.light.mean(windows.like), seat, noise);
-        let weights = learned.as_deref().unwrap_or(&self.plants[seat.plant].weights);
-        let mut change = self.change(body, weights);
+        let mut change = self.change(body, &self.plants[seat.plant].weights);
         let before = Bent { tilts: body.tilts(modes), length_cm: body.length_cm };
         body.bend(&change);
         let wanted = Bent { tilts: body.tilts(modes), length_cm: body.length_cm };
@@ -493,7 +467,6 @@ mod tests {
     use super::*;
     use crate::math::{cos, hypot, sin};
     use crate::observation::Quality;
-    use crate::random::Purpose;
 
     /// A growing arc that bends towards the lamp that is lit, which changes every three hours.
     fn swaying(gain: f64) -> Track {
@@ -514,22 +487,6 @@ mod tests {
             Sample::of(seen, step, 300.0 * f64::from(step), Some(light))
         });
         Track { samples: samples.collect(), ..Track::default() }
-    }
-
-    #[test]
-    fn of_one_observation_twins_learn_nothing() {
-        let model = PlaneModel::fit([&swaying(0.02), &swaying(0.03)]).unwrap();
-        let past = &swaying(0.05).samples[..1];
-        let noise = || NoiseStream::new(2, Purpose::Trial, [0; 3]).of_seedling();
-        let mut stranger = model.resumed(past, &mut noise());
-        let mut twin = model.twins(past, &mut [noise()]).remove(0);
-        for step in 0..10 {
-            let noise = || NoiseStream::new(4, Purpose::Trial, [0; 3]).at(step);
-            model.step(&mut stranger, Light::LEFT, &mut noise());
-            model.step(&mut twin, Light::LEFT, &mut noise());
-        }
-        let [one, other] = [stranger, twin].map(|plant| model.observe(&plant).tip);
-        assert!(one.distance(other) < 1e-9, "{one:?}, {other:?}");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! # References
 //! Hoerl and Kennard 1970, doi:10.1080/00401706.1970.10488634 (ridge regression).
 
-use crate::math::matrix::{self, inverse_positive_definite};
+use crate::math::matrix;
 
 /// Weights of least squares over `rows` of terms and their value, and over the mirror images of the rows, drawn to `prior` by
 /// a `ridge` of each weight, above 0.
@@ -31,66 +31,9 @@ pub(super) fn ridge_regression<'r, const TERMS: usize>(
     matrix::solve(products, right).expect("a ridge above 0 makes the matrix positive definite")
 }
 
-/// Ridge regression of several values on the same terms, for many priors: the rows are summed up once.
-pub(super) struct Posterior<const TERMS: usize, const VALUES: usize> {
-    inverse: [[f64; TERMS]; TERMS],
-    ridge: [f64; TERMS],
-    right: [[f64; TERMS]; VALUES],
-}
-
-impl<const TERMS: usize, const VALUES: usize> Posterior<TERMS, VALUES> {
-    /// Of `rows` of terms and their values, and of the mirror images of the rows, with a `ridge` of each weight, above 0.
-    pub(super) fn of<'r>(
-        rows: impl Iterator<Item = (&'r [f64; TERMS], [f64; VALUES])>,
-        ridge: [f64; TERMS],
-    ) -> Self {
-        let mut products = [[0.0; TERMS]; TERMS];
-        let mut right = [[0.0; TERMS]; VALUES];
-        for (at, row) in products.iter_mut().enumerate() {
-            row[at] = ridge[at];
-        }
-        for (terms, values) in rows {
-            for (at, one) in terms.iter().enumerate() {
-                for (product, other) in products[at].iter_mut().zip(terms) {
-                    *product += 2.0 * one * other;
-                }
-                for (right, value) in right.iter_mut().zip(values) {
-                    right[at] += 2.0 * one * value;
-                }
-            }
-        }
-        Self { inverse: inverse_positive_definite(products), ridge, right }
-    }
-
-    /// The weights of each value, drawn to `prior`.
-    pub(super) fn weights(&self, prior: &[[f64; TERMS]; VALUES]) -> [[f64; TERMS]; VALUES] {
-        core::array::from_fn(|value| {
-            let right =
-                core::array::from_fn(|term| self.right[value][term] + self.ridge[term] * prior[value][term]);
-            matrix::transform(&self.inverse, right)
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_posterior_is_the_regression_for_each_prior() {
-        let rows: Vec<([f64; 2], f64)> =
-            (0..20).map(f64::from).map(|row| ([row, row * row], 3.0 * row - 0.1 * row * row)).collect();
-        let each = || rows.iter().map(|(terms, value)| (terms, *value));
-        let posterior = Posterior::of(each().map(|(terms, value)| (terms, [value, -value])), [7.0, 30.0]);
-        for prior in [[0.0, 0.0], [1.0, 2.0]] {
-            let [weights, negative] = posterior.weights(&[prior, prior.map(|weight| -weight)]);
-            let wanted = ridge_regression(each(), &prior, &[7.0, 30.0]);
-            for term in 0..2 {
-                assert!((weights[term] - wanted[term]).abs() < 1e-9, "{weights:?} for {wanted:?}");
-                assert!((weights[term] + negative[term]).abs() < 1e-9);
-            }
-        }
-    }
 
     #[test]
     fn little_ridge_finds_the_line_and_much_ridge_the_prior() {

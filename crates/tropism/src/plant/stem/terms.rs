@@ -115,12 +115,6 @@ impl Windows {
     }
 }
 
-/// Weights that answer as `weights` do with a gain of the light.
-pub(super) fn with_gain(mut weights: [f64; TERMS], gain: f64) -> [f64; TERMS] {
-    weights[LIGHT..SCORES].iter_mut().for_each(|weight| *weight *= gain);
-    weights
-}
-
 /// The products of weights and terms; those of the light apply with a gain.
 #[inline(always)]
 pub(super) fn expected<R: Real>(weights: &[R; TERMS], terms: &[R; TERMS], gain: R) -> R {
