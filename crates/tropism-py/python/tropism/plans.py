@@ -1275,8 +1275,9 @@ class StatusPlan(Plan[StatusResults]):
 
     workflow: ClassVar[str] = "status"
     results = StatusResults
-    roles: ClassVar[Mapping[str, str]] = {"folder": "path"}
+    roles: ClassVar[Mapping[str, str]] = {"model": "model", "folder": "path"}
     folder: PathLike | None = None
+    model: AnyModel | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -2878,6 +2879,7 @@ def simulate(
 def status(
     folder: PathLike,
     *,
+    model: AnyModel | None = None,
     monitor: Monitor | Literal[False] | None = None,
     threads: int | None = None,
 ) -> StatusResults:
@@ -2887,6 +2889,8 @@ def status(
     ----------
     folder : PathLike
         Folder of a run or of long work, or the file of a rule.
+    model : AnyModel, default None
+        Of a run: file of a model, by which it is said how probably the plant passes each target.
     monitor : Monitor or False, default None
         What hears of the work: None shows progress on stderr, False shows nothing.
     threads : int, default None
@@ -2909,7 +2913,7 @@ def status(
     >>> _ = tropism.run({"task": {"max_steps": 2}}, out="run")
     >>> _ = status("run")
     """
-    return execute(StatusPlan(folder=folder, monitor=monitor, threads=threads))
+    return execute(StatusPlan(folder=folder, model=model, monitor=monitor, threads=threads))
 
 
 def stop(
