@@ -201,12 +201,27 @@ fn predicted_form(task: &Task, tracks: &[Track], period_min: f64) -> PredictedFo
 
 #[cfg(test)]
 mod tests {
+    use tropism::observation::Observation;
+    use tropism::track::Sample;
+
     use super::*;
 
     #[test]
-    fn nothing_is_predicted_where_no_model_knows_anything() {
-        use tropism::task::Task;
+    fn of_a_target_hours_distance_and_probability_are_told() {
+        // Four plants grow straight up by 1 cm an hour, beside the target by 0.5, 1.5 and 2.5 cm; the last one stays below.
+        let upright = |beside: f64, tall: u32| {
+            let tip = |step: u32| Observation::simulated(Point::new(3.0 + beside, 4.0 + f64::from(step)));
+            Track::of((0..=tall).map(|step| Sample::of(tip(step), step, 0.0, None)).collect())
+        };
+        let tracks = [upright(0.5, 3), upright(1.5, 3), upright(2.5, 3), upright(0.0, 1)];
+        let outlook = outlook(&Task::default(), &[], &tracks);
+        let told = predicted(&outlook[0], &tracks, 60.0);
+        assert_eq!((told.x, told.y, told.reached, told.probability), (3.0, 6.0, 3, 0.25));
+        assert_eq!((told.hours, told.beside), (Some([2.0, 2.0]), Some([0.5, 2.5])));
+    }
 
+    #[test]
+    fn nothing_is_predicted_where_no_model_knows_anything() {
         let reason = |task: Task| {
             let mut config = RunConfig::default();
             config.task = task;
