@@ -11,8 +11,8 @@ use tropism::task::Task;
 use tropism::track::SAME_PERIOD;
 
 use crate::error::Error;
-use crate::files;
-use crate::model::Model;
+use crate::files::{self, FileError};
+use crate::model::{Model, ModelKind};
 
 /// Minutes between two switches of the paper's periodic controller: six hours (section 2.2.1).
 pub const PAPER_SWITCH_MIN: f64 = 360.0;
@@ -80,6 +80,10 @@ impl ControllerSpec {
     /// [`Error`] names the file.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = files::read_text(path)?;
+        if ModelKind::of_file(&text).is_some() {
+            let problem = "found a model of a plant, wanted an evolved network or a tuned rule: make one on it by `evolve` or `tune`";
+            return Err(FileError::content(path, problem.to_owned()).into());
+        }
         if TunedRule::is_named_in(&text) {
             let tuned = files::read_as(path, TunedRule::from_json)?;
             return Ok(Self::Rule { tuned: Box::new(tuned) });

@@ -106,14 +106,14 @@ pub fn continued(
 }
 
 /// A recorded step with an observation: as a model takes it up, with the light that acted.
-struct Observed {
-    sample: Sample,
+pub(crate) struct Observed {
+    pub(crate) sample: Sample,
     /// Whether the controller was asked.
     is_decided: bool,
 }
 
 /// The steps of a run in which the plant was seen.
-fn observed(steps: &[StepRecord]) -> Vec<Observed> {
+pub(crate) fn observed(steps: &[StepRecord]) -> Vec<Observed> {
     let last = steps.len().saturating_sub(1);
     let sample = |(index, (step, acted)): (usize, (&StepRecord, _))| {
         let seen = step.observation()?.clone();

@@ -224,12 +224,19 @@ impl Workflow for StatusPlan {
 
     fn perform(&self, _monitor: &dyn Monitor) -> Result<StatusResults, Error> {
         let folder = &self.folder;
+        let of_work = |work| match &self.model {
+            None => Ok(StatusResults::Work(work)),
+            Some(_) => Err(Error::Plan(format!(
+                "{}: found long work, wanted a run: `model` says what becomes of the plant of a run",
+                folder.display()
+            ))),
+        };
         if let Some(work) = WORKS.iter().find_map(|status| status(folder)) {
-            return work.map(StatusResults::Work);
+            return of_work(work?);
         }
         if !folder.is_dir() {
             return match tune::status(folder)? {
-                Some(search) => Ok(StatusResults::Work(search)),
+                Some(search) => of_work(search),
                 None => Err(Error::Plan(format!(
                     "{}: there is no such folder or file: name a folder that {WRITERS} wrote, or the file of a rule",
                     folder.display()
@@ -320,12 +327,10 @@ const OUTLOOK_PLANTS: u32 = 200;
 /// The probability that the plant of a run passes each target, by the model in a file: under the run's controller.
 fn outlook_of(config: &RunConfig, steps: &[StepRecord], model: &Path) -> Result<Vec<TargetOutlook>, Error> {
     if config.task.targets.is_empty() {
-        return Ok(Vec::new());
+        return Err(Error::Plan("`model`: the task of the run has no targets".to_owned()));
     }
     let futures = simulate::continued(model, config, steps, OUTLOOK_PLANTS, config.task.max_steps)?;
-    let observed: Vec<Sample> = (steps.iter())
-        .filter_map(|step| Some(Sample::of(step.observation()?.clone(), step.step, step.time_s, None)))
-        .collect();
+    let observed: Vec<Sample> = simulate::observed(steps).into_iter().map(|seen| seen.sample).collect();
     Ok(outlook(&config.task, &observed, &futures))
 }
 

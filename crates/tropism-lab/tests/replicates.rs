@@ -120,6 +120,10 @@ fn replicates_make_controllers_that_steer_the_same_plants() {
     assert_eq!(tasks.keys().collect::<Vec<_>>(), ["alike", "borrowed", "varied"]);
     assert!(tasks.values().all(|task| task.max_steps == 20));
 
+    let asked = StatusPlan { folder: whole.out.clone(), model: Some("model.json".into()) };
+    let refused = asked.execute(&Silent).unwrap_err().to_string();
+    assert!(refused.contains("found long work, wanted a run"), "{refused}");
+
     // A report compares the methods of each scenario by their replicates.
     let out = folder.path().join("report.html");
     let report = ReportPlan { sources: vec![whole.out.clone()], out, figures: None };

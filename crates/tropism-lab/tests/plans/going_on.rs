@@ -54,16 +54,22 @@ fn plants_go_on_where_the_run_has_come_to() {
 #[test]
 fn a_status_by_a_model_says_what_becomes_of_the_targets() {
     let folder = tempfile::tempdir().unwrap();
-    let (_, _, model) = run(folder.path());
+    let (mut config, _, model) = run(folder.path());
     let status = |model| match (StatusPlan { folder: folder.path().join("run"), model }).execute(&Silent) {
         Ok(StatusResults::Run(run)) => run.outlook,
         other => panic!("{other:?}"),
     };
     assert!(status(None).is_empty());
-    let [low, high] = &status(Some(model))[..] else { panic!("two targets") };
+    let [low, high] = &status(Some(model.clone()))[..] else { panic!("two targets") };
     assert!(low.passed_cm.is_some_and(|distance| distance < 1.0) && low.probability == 1.0, "{low:?}");
     // The run is over.
     assert!(high.passed_cm.is_none() && high.is_out_of_reach(), "{high:?}");
+
+    config.task = Task::open_loop(2);
+    let out = folder.path().join("open");
+    RunPlan { out: out.clone(), config, ..RunPlan::default() }.execute(&Silent).unwrap();
+    let refused = StatusPlan { folder: out, model: Some(model.clone()) }.execute(&Silent).unwrap_err();
+    assert!(refused.to_string().contains("`model`: the task of the run has no targets"), "{refused}");
 }
 
 #[test]
