@@ -327,6 +327,8 @@ onYes($("#more"), async () => {
   );
 });
 
+$("#run-it").href = `begin?${new URLSearchParams({ form: "run", controller: `${at}/champion.json` })}`;
+
 // Both are asked for at once: neither waits for the other.
 listen(
   "evolution",
@@ -350,7 +352,6 @@ session.then(async ({ session: own }) => {
   $("#about").textContent =
     `${plural(about.runs, "run")} of ${plural(about.generations, "generation")}, ${about.population} networks each, for ${about.task}. Seed ${about.seed}.`;
   keep("evolution", at, { name: about.name });
-  $("#run-it").href = `begin?${new URLSearchParams({ form: "run", controller: `${at}/champion.json` })}`;
   put($("#commands"), [
     command(about.commands.status),
     command(about.commands.stop),
@@ -359,6 +360,7 @@ session.then(async ({ session: own }) => {
     command(about.commands.run),
   ]);
   $("#try").href = `draw?${new URLSearchParams({ at, drawing: JSON.stringify(about.drawing) })}`;
+  $("#try").hidden = false;
   if (data) all();
   paths();
 });
