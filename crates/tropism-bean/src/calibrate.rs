@@ -94,7 +94,7 @@ pub enum CalibrateError {
     /// Too few steps.
     #[error("found {0} measured steps under a lamp, wanted at least {FEWEST}")]
     Short(usize),
-    /// Only one lamp was ever lit: what bends the plant cannot be told from its growing crooked.
+    /// Only one lamp was ever lit: what bends the plant cannot be distinguished from its growing crooked.
     #[error("one lamp was lit all the time: light both in turn")]
     OneLamp,
     /// No upright plant at the start.

@@ -317,7 +317,7 @@ impl Rod {
         }
     }
 
-    /// Lays down internodes, and tells `put` the motility of each segment.
+    /// Lays down internodes, and gives `put` the motility of each segment.
     fn mature(&mut self, of: &Internodal, age_h: f64, mut put: impl FnMut(usize, f64)) {
         let youngest = of.youngest(age_h);
         let (mut above, mut internode, mut node_cm) = (0.0, None, 0.0);

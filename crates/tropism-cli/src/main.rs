@@ -19,7 +19,7 @@ use clap::{CommandFactory, FromArgMatches, Parser};
 use tropism::simd::VectorUnit;
 
 use crate::commands::Command;
-use crate::shell::{Interrupted, Paused, Shell, tell};
+use crate::shell::{Interrupted, Paused, Shell, print_line};
 
 // Each photograph allocates and frees buffers of the same sizes. The system's allocator returns their pages and asks for
 // them again, which takes a quarter of the time of detection; that of musl, in static programs, takes longer still.
@@ -114,11 +114,11 @@ fn main() -> ExitCode {
             ExitCode::from(130)
         }
         Err(error) if error.is::<Paused>() => {
-            tell(&error.to_string());
+            print_line(&error.to_string());
             ExitCode::from(3)
         }
         Err(error) => {
-            tell(&format!("error: {}", in_one_line(&error)));
+            print_line(&format!("error: {}", in_one_line(&error)));
             ExitCode::FAILURE
         }
     }

@@ -86,7 +86,7 @@ impl Shell {
     /// Prints a line for people on stderr.
     pub(crate) fn note(&self, line: &str) {
         if !self.is_quiet {
-            tell(line);
+            print_line(line);
         }
     }
 
@@ -113,7 +113,7 @@ impl Shell {
         if is_shown {
             bar.enable_steady_tick(Duration::from_millis(500));
         } else if !self.is_quiet {
-            tell(&format!("{name} ..."));
+            print_line(&format!("{name} ..."));
         }
         let has_lines = !self.is_quiet && !self.is_terminal;
         let is_quiet = self.is_quiet;
@@ -125,7 +125,7 @@ impl Shell {
 /// Prints a line on stderr, without the secrets of addresses and the controls of terminals: parts of it may come from
 /// a device or be the name of a file. A line that nobody can read any more is lost. The panic of `eprintln!` would end
 /// a run with a lamp lit.
-pub(crate) fn tell(line: &str) {
+pub(crate) fn print_line(line: &str) {
     let _ = writeln!(std::io::stderr(), "{}", shown(line));
 }
 
@@ -174,7 +174,11 @@ impl Progress {
         let (latest, skipped) = &mut *lines.said.lock().unwrap_or_else(PoisonError::into_inner);
         if latest.elapsed() >= LINE_EVERY {
             *latest = Instant::now();
-            tell(&line_of(&self.name, [self.bar.position(), *skipped, lines.total], self.started.elapsed()));
+            print_line(&line_of(
+                &self.name,
+                [self.bar.position(), *skipped, lines.total],
+                self.started.elapsed(),
+            ));
         }
     }
 
@@ -190,7 +194,7 @@ impl Progress {
     /// Prints a line for people above the progress line.
     pub(crate) fn note(&self, line: &str) {
         if !self.is_quiet {
-            self.bar.suspend(|| tell(line));
+            self.bar.suspend(|| print_line(line));
         }
     }
 
@@ -204,7 +208,7 @@ impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
         if self.lines.is_some() {
-            tell(&format!("{} ... {:.1} s", self.name, self.started.elapsed().as_secs_f64()));
+            print_line(&format!("{} ... {:.1} s", self.name, self.started.elapsed().as_secs_f64()));
         }
     }
 }

@@ -89,10 +89,10 @@ fn a_killed_evolution_goes_on_to_the_same_bits() {
     finished(&mut evolve(folder.path(), "whole", &["--threads", "1"]));
     let mut kills = 0;
     // Without a chance to save, at moments of no meaning, often in the middle of a write.
-    for patience in [0, 40, 80, 120, 160] {
+    for milliseconds in [0, 40, 80, 120, 160] {
         let mut child = evolve(folder.path(), "killed", &["--resume", "--threads", "2"]).spawn().unwrap();
         wait_for(&mut child, &folder.path().join("killed/run-00.previous.json"));
-        std::thread::sleep(Duration::from_millis(patience));
+        std::thread::sleep(Duration::from_millis(milliseconds));
         kills += u32::from(child.try_wait().unwrap().is_none());
         child.kill().unwrap();
         child.wait().unwrap();

@@ -92,7 +92,7 @@ fn one_thread_two_threads_and_a_killed_study_end_in_the_same_bits() {
 
     // On two threads, and killed again and again, without a chance to save, at moments of no meaning.
     let mut kills = 0;
-    let mut patience = Duration::from_millis(300);
+    let mut delay = Duration::from_millis(300);
     loop {
         let more: &[&str] = if kills == 0 { &[] } else { &["--resume"] };
         let mut child = study(killed.path(), &[&["--threads", "2"], more].concat()).spawn().unwrap();
@@ -101,7 +101,7 @@ fn one_thread_two_threads_and_a_killed_study_end_in_the_same_bits() {
             if let Some(status) = child.try_wait().unwrap() {
                 break Some(status);
             }
-            if started.elapsed() > patience {
+            if started.elapsed() > delay {
                 break None;
             }
             std::thread::sleep(Duration::from_millis(3));
@@ -117,7 +117,7 @@ fn one_thread_two_threads_and_a_killed_study_end_in_the_same_bits() {
         kills += 1;
         report_grows(killed.path());
         // Longer each time, so that a slow machine gets through.
-        patience = patience.mul_f64(1.35);
+        delay = delay.mul_f64(1.35);
     }
     assert!(kills > 1, "killed {kills} times");
     assert_same(one.path(), killed.path());

@@ -146,10 +146,10 @@ fn threads_units_and_kills_end_in_the_same_bits() {
     // Killed without a chance to save, again and again.
     fs::write(folder.path().join("sweep.toml"), SWEEP).unwrap();
     fs::rename(folder.path().join("elsewhere.json"), folder.path().join("model.json")).unwrap();
-    for patience in [150, 250, 400] {
+    for milliseconds in [150, 250, 400] {
         let words = ["sweep", "sweep.toml", "--out", "killed", "--resume", "--threads", "2"];
         let mut child = command(&folder, &words).spawn().unwrap();
-        std::thread::sleep(std::time::Duration::from_millis(patience));
+        std::thread::sleep(std::time::Duration::from_millis(milliseconds));
         child.kill().unwrap();
         child.wait().unwrap();
     }

@@ -648,14 +648,14 @@ pub(crate) fn list(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, FileE
     Ok(found)
 }
 
-/// What tells one file from another: the same for all spellings of its path, through symbolic and through hard links.
+/// What identifies a file: the same for all spellings of its path, through symbolic and through hard links.
 #[cfg(unix)]
 fn identity(path: &Path) -> Option<(u64, u64)> {
     use std::os::unix::fs::MetadataExt;
     fs::metadata(path).ok().map(|about| (about.dev(), about.ino()))
 }
 
-/// What tells one file from another: the same for all spellings of its path.
+/// What identifies a file: the same for all spellings of its path.
 #[cfg(not(unix))]
 fn identity(path: &Path) -> Option<PathBuf> {
     path.canonicalize().ok()

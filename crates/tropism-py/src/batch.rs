@@ -1,7 +1,7 @@
 //! Many episodes side by side: what learning environments step through.
 //!
 //! Plants stand in shards, which work on threads of their own; no number depends on that. An episode that is over begins anew at
-//! the next step, whose action is then ignored (Gymnasium's next-step autoreset), or where it is told to begin.
+//! the next step, whose action is then ignored (Gymnasium's next-step autoreset), or where the caller asks for it.
 //!
 //! A plant is its seed, its number and the lamps that were lit: from these a saved batch is grown again, to the bit.
 

@@ -21,7 +21,7 @@ pub struct MeasuredPlant<'a> {
     pub measurement: &'a Measurement,
 }
 
-/// Largest number of stems that the overlay shows. Chosen: more cannot be told apart.
+/// Largest number of stems that the overlay shows. Chosen: more cannot be distinguished.
 const MAX_STEMS: usize = 9;
 
 /// Angle of each piece of a stem to the vertical, in degrees.

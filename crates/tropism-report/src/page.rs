@@ -280,7 +280,7 @@ fn is_wide(figure: &Figure) -> bool {
     }
 }
 
-/// A figure with its caption; `name` tells it from others of its number.
+/// A figure with its caption; `name` distinguishes it from others of its number.
 fn drawn(figure: &Figure, name: &str) -> Markup {
     let (number, title) = (figure.number, &figure.title);
     html! {

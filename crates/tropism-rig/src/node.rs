@@ -122,12 +122,12 @@ impl NodeProcess {
     /// `step_of` is the number of the present step: of a clock that goes on over restarts, as numbers must grow.
     ///
     /// # Errors
-    /// [`RigError::Device`] if the broker refuses the node or is not found within `patience`.
+    /// [`RigError::Device`] if the broker refuses the node or is not found within `timeout`.
     pub fn run(
         &self,
         broker: &Broker,
         controller: &mut dyn NodeController,
-        patience: Duration,
+        timeout: Duration,
         step_of: &dyn Fn() -> u32,
         is_over: &dyn Fn() -> bool,
         watch: &mut dyn FnMut(&NodeMessage),
@@ -163,7 +163,7 @@ impl NodeProcess {
                 Ok(Ok(_)) | Err(RecvTimeoutError::Timeout) => {}
                 Ok(Err(error)) => {
                     is_connected = false;
-                    if !was_connected && begun.elapsed() >= patience {
+                    if !was_connected && begun.elapsed() >= timeout {
                         return Err(problem(format!("the broker does not answer: {error}")));
                     }
                     thread::sleep(RETRY.min(self.period));

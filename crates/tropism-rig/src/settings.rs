@@ -1,4 +1,4 @@
-//! What a driver tells of its settings, the table of a rig file that names it.
+//! What a driver states about its settings, the table of a rig file that names it.
 //!
 //! A driver is a module with its settings and one of these traits for them; and its word in [`driver`](crate::driver).
 

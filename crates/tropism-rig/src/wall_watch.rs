@@ -50,7 +50,7 @@ impl WallWatch {
         self.names.iter().chain([&self.experiment]).try_for_each(|name| check_name(name))
     }
 
-    /// Watches until `is_over`. `hear` is told what is heard; what it returns is the order to all nodes to steer (`true`) or to be dark,
+    /// Watches until `is_over`. `hear` gets what is heard; what it returns is the order to all nodes to steer (`true`) or to be dark,
     /// if it returns one. `order` is given at the beginning.
     ///
     /// # Errors

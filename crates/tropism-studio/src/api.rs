@@ -295,7 +295,7 @@ struct Listen {
 /// What one page listens to.
 #[derive(Deserialize)]
 struct Listener {
-    /// Tells its messages from those of others.
+    /// Distinguishes its messages from those of others.
     key: String,
     topic: Topic,
     #[serde(default)]

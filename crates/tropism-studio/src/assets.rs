@@ -111,7 +111,7 @@ fn with_imports<'a>(sheet: &'a [u8], file: impl Fn(&str) -> Option<Cow<'a, [u8]>
     lines.map(|line| imported(line).unwrap_or(Cow::Borrowed(line))).collect::<Vec<_>>().concat()
 }
 
-/// An asset as it is sent, compressed, and what tells it from others.
+/// An asset as it is sent, compressed, and what identifies it.
 struct Ready {
     asset: &'static Asset,
     bytes: Vec<u8>,

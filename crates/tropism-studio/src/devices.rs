@@ -103,7 +103,7 @@ impl Devices {
         studio: &Studio,
         at: &str,
         ask: Ask,
-        patience: Duration,
+        timeout: Duration,
     ) -> Result<Option<RigState>, Refusal> {
         let (answer, heard) = mpsc::channel();
         {
@@ -126,7 +126,7 @@ impl Devices {
                 return Err(Refusal::bad("the rig was given back just now; try again"));
             }
         }
-        match heard.recv_timeout(patience) {
+        match heard.recv_timeout(timeout) {
             Ok(Ok((mut state, photo))) => {
                 if let Some(Taken { photo, seen }) = photo {
                     let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);

@@ -31,7 +31,7 @@ const MOST_GONE: usize = 1000;
 /// The overview at a time.
 #[derive(Clone)]
 pub(crate) struct Overview {
-    /// Tells overviews of different readers apart.
+    /// Distinguishes overviews of different readers.
     epoch: u64,
     version: u64,
     items: BTreeMap<String, (u64, Arc<Item>)>,

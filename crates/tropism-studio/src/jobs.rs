@@ -229,7 +229,7 @@ impl Queue {
                 let problem = last_words(&self.log(job.number));
                 self.end(&mut inner, index, JobState::Failed, problem);
             }
-            // Of a studio that has ended: its folder tells.
+            // Of a studio that has ended: its folder shows it.
             None if holder(&self.root.join(&job.at)).is_ok_and(|process| process.is_some()) => {}
             None if self.is_searched(&job.at) => {}
             None if inner.begun.elapsed() < BEGINS => {}

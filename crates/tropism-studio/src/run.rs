@@ -1,7 +1,7 @@
 //! A run, live: its steps and events as they are recorded, read from the journal without disturbing it.
 
 mod about;
-mod told;
+mod view;
 mod prediction;
 
 use std::path::{Path, PathBuf};
@@ -14,8 +14,8 @@ use tropism_lab::{RunConfig, holder, status};
 
 pub(crate) use self::about::{AboutRun, about};
 pub(crate) use self::prediction::{Prediction, Predictions, prediction, reason_not_to_predict};
-use self::told::{Gone, Row, RunNow, ShownEvent, event_row, row, status_of};
-pub(crate) use self::told::{StemSeen, stem};
+use self::view::{Gone, Row, RunNow, ShownEvent, event_row, row, status_of};
+pub(crate) use self::view::{StemSeen, stem};
 use crate::stream::{Listened, Message};
 use crate::tail::Tail;
 use crate::unix_of;
@@ -26,7 +26,7 @@ pub(crate) const PAUSE: Duration = Duration::from_millis(500);
 /// A run that goes on is read again at least so often: what is overdue changes by itself.
 const REREAD: Duration = Duration::from_secs(3);
 
-/// What tells a run from another that lies or lay in the same folder: its settings are written once.
+/// What distinguishes a run from another that lies or lay in the same folder: its settings are written once.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Identity {
     written: SystemTime,

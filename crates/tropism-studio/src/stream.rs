@@ -144,7 +144,7 @@ impl EventStream {
         });
     }
 
-    /// Tells that the state `key` cannot be listened to.
+    /// Reports that the state `key` cannot be listened to.
     pub(crate) fn refuse(&self, key: &str, Refusal(_, problem): &Refusal) {
         let [key, problem] = [key, problem].map(quoted);
         let text = format!("event: refused\ndata: {{\"key\":{key},\"error\":{problem}}}\n\n");

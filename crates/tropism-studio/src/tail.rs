@@ -46,7 +46,7 @@ impl Tail {
 
     fn follow(&mut self, path: &Path) -> Result<usize, JournalError> {
         let journal = Journal::follow(path)?;
-        // The last step may still change; the one before it tells whether this is still the same run.
+        // The last step may still change; the one before it shows whether this is still the same run.
         let mut same = self.steps.len().saturating_sub(2);
         let mut fresh = journal.steps_in(self.steps.get(same).map_or(0, |step| step.step)..u32::MAX)?;
         if !self.steps.is_empty() && fresh.first() != self.steps.get(same) {

@@ -61,7 +61,7 @@ pub enum Question {
         by: By,
         /// Seed of the bean.
         seed: u64,
-        /// The first step that is told.
+        /// The first step of the answer.
         #[serde(default)]
         from: usize,
     },

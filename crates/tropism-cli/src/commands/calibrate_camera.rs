@@ -92,7 +92,7 @@ fn text(plan: &CalibrateCameraPlan, results: &CalibrateCameraResults) -> String 
     )
 }
 
-/// A line on how well the calibration agrees with what it was made from; empty if nothing tells.
+/// A line on how well the calibration agrees with what it was made from; empty if nothing shows it.
 fn agreement(plan: &CalibrateCameraPlan, results: &CalibrateCameraResults) -> String {
     let calibration = &results.calibration;
     match &plan.scale {

@@ -81,9 +81,9 @@ impl Node {
                 shell.note("warning: the lamp does not light up");
             }
         };
-        let patience = Duration::from_secs(60);
+        let timeout = Duration::from_secs(60);
         let mut run =
-            || node.run(&broker, &mut machine, patience, &step_of, &Shell::is_interrupted, &mut watch);
+            || node.run(&broker, &mut machine, timeout, &step_of, &Shell::is_interrupted, &mut watch);
         let Some(path) = self.camera else { return Ok(run()?) };
         let mut camera = files::read_toml::<CameraFile>(&path)?.camera.settings().open()?;
         let gain = file.camera.unwrap_or_default().cameras(&file.wall, 0).gain();

@@ -12,7 +12,7 @@ use tropism_studio::TlsFiles;
 use tropism_studio::{StudioPlan, Tokens, Welcome, new_tokens};
 
 use crate::page::{LISTEN, parse_address};
-use crate::shell::{Shell, tell};
+use crate::shell::{Shell, print_line};
 
 /// Serve a page: watch runs and evolutions live, draw a target, look after a plant from a phone
 ///
@@ -92,7 +92,7 @@ impl Studio {
         if self.new_tokens {
             std::fs::metadata(&self.folder).with_context(|| self.folder.display().to_string())?;
             let tokens = new_tokens(&self.folder)?;
-            tell(&token_lines(&tokens));
+            print_line(&token_lines(&tokens));
         }
         let plan = StudioPlan {
             folder: (!self.demo).then_some(self.folder),
@@ -161,6 +161,6 @@ fn open(address: &str) {
     };
     let opened = Command::new(program).arg(address).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
     if opened.is_err() {
-        tell(&format!("found no browser to open; the page is at {address}"));
+        print_line(&format!("found no browser to open; the page is at {address}"));
     }
 }

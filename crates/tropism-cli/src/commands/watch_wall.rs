@@ -12,9 +12,9 @@ use crate::shell::Shell;
 
 /// Watch the nodes of a real wall: journal, warnings, and all lamps dark when they must be
 ///
-/// Tells what changes: which node is lit, sees the plant, is done, ends or is not heard. When more lamps are lit than may be for three
-/// steps, or one that is not on the path, all nodes are told to be dark. It ends when the plant has passed all nodes of the path, or
-/// with Ctrl-C. The nodes do not need it. Tried against mosquitto, not on hardware.
+/// Reports what changes: which node is lit, sees the plant, is done, ends or is not heard. When more lamps are lit than may be
+/// for three steps, or one that is not on the path, all nodes are switched off. It ends when the plant has passed all nodes of
+/// the path, or with Ctrl-C. The nodes do not need it. Tried against mosquitto, not on hardware.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  tropism watch-wall wall.toml --broker raspberrypi.local --experiment june --start --out june\n  \
@@ -34,11 +34,11 @@ pub(crate) struct WatchWall {
     #[arg(long, value_name = "ID")]
     experiment: String,
 
-    /// Tell all nodes first that the plant is there
+    /// Start all nodes first: the plant is there
     #[arg(long, conflicts_with = "dark")]
     start: bool,
 
-    /// Tell all nodes to be dark, and end; an experiment that is over needs a new name
+    /// Switch all nodes off, and end; an experiment that is over needs a new name
     #[arg(long)]
     dark: bool,
 
@@ -93,7 +93,7 @@ fn text(results: &WatchWallResults) -> String {
         text += "all nodes of the path are done\n";
     }
     if let Some(why) = &results.dark {
-        text += &format!("all nodes were told to be dark: {why}\n");
+        text += &format!("all nodes were switched off: {why}\n");
     }
     if let Some(journal) = &results.journal {
         text += &format!("wrote {}\n", journal.display());

@@ -209,7 +209,7 @@ impl<'m> Devices<'m> {
         }
     }
 
-    /// Photographs, as often as the rig file says, and tells how long the last try took; `None` without a camera.
+    /// Photographs, as often as the rig file says, and reports how long the last try took; `None` without a camera.
     fn photograph(
         &mut self,
         name: &str,

@@ -15,7 +15,7 @@ use crate::notes;
 const NOTES_PAUSE: Duration = Duration::from_secs(2);
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
-    /// Takes the photograph of the next step, and tells when it was begun. If the camera fails, an empty photograph stands
+    /// Takes the photograph of the next step, and reports when it was begun. If the camera fails, an empty photograph stands
     /// in for as long as the last tip may be carried forward; then steps are missed.
     pub(super) fn photograph(&mut self) -> Result<(Frame, Option<Moment>), RecordError> {
         // The journal may hold steps after the last recorded one: they are missed once.

@@ -26,7 +26,7 @@ impl Alerts {
         rig.open_alerts(&name, Some(out)).map(Self).map_err(Error::at("alerts"))
     }
 
-    /// Tells of a step of the run in the folder `out`, for heartbeats and the status at a broker.
+    /// Reports a step of the run in the folder `out`, for heartbeats and the status at a broker.
     pub(super) fn step(&self, sample: &Sample, layout: &Layout, period_min: f64, out: &Path) {
         let text = format!("tip at {:.1}, {:.1} cm", sample.tip.x, sample.tip.y);
         let mut event = AlertEvent::now(Kind::Step, Some(sample.step), &*text);
@@ -40,7 +40,7 @@ impl Alerts {
         self.0.send(&event);
     }
 
-    /// Tells of an error that ends the run.
+    /// Reports an error that ends the run.
     pub(super) fn fault(&self, error: &Error) {
         self.0.send(&AlertEvent::now(Kind::Fault, None, error.with_causes()));
     }

@@ -165,7 +165,7 @@ fn repeated(names: &[String]) -> Option<&String> {
     names.iter().enumerate().find(|(place, name)| names[..*place].contains(name)).map(|(_, name)| name)
 }
 
-/// Checks that the controllers can be told apart, and fit the lamps and the period.
+/// Checks that the controllers can be distinguished, and fit the lamps and the period.
 pub(super) fn check(controllers: &[NamedController], layout: &Layout, period_min: f64) -> Result<(), Error> {
     if controllers.is_empty() {
         return Err(Error::Plan("`controllers` is empty: name at least one".to_owned()));

@@ -75,7 +75,7 @@ pub struct TransferPlan {
     pub period_min: f64,
     /// Whether the tip is measured in photographs.
     pub photographs: bool,
-    /// File of the tip-motion model on which the controllers were made: misses where it has no data are then told apart.
+    /// File of the tip-motion model on which the controllers were made: misses where it has no data are then distinguished.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model: Option<PathBuf>,
     /// Whether to search the best schedule of lamps for each plant.

@@ -19,7 +19,7 @@ use crate::{Error, Monitor, Workflow, files};
 /// Steps for which too many lamps may be lit, or one that is not on the path. Chosen: a hand-over is over within two, and a lost
 /// message is repeated.
 const PATIENCE_STEPS: u32 = 3;
-/// Steps after which a node that says nothing is told of. Chosen: one message may be lost.
+/// Steps after which a node that says nothing is reported. Chosen: one message may be lost.
 const SILENT_STEPS: u32 = 3;
 /// How long the broker may take to answer for the first time.
 const BROKER_PATIENCE: Duration = Duration::from_secs(60);
@@ -34,11 +34,11 @@ pub struct WatchWallPlan {
     pub experiment: String,
     /// The broker.
     pub broker: Broker,
-    /// Whether all nodes are told to steer: the plant is there.
+    /// Whether all nodes are started first: the plant is there.
     pub start: bool,
-    /// Whether all nodes are told to be dark, and nothing is watched.
+    /// Whether all nodes are switched off, and nothing is watched.
     pub dark: bool,
-    /// Lamps that may be lit at once, 1 to 16; when more are for three steps, all nodes are told to be dark.
+    /// Lamps that may be lit at once, 1 to 16; when more are for three steps, all nodes are switched off.
     pub most_lit: u8,
     /// Folder for the journal; none writes none.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -71,7 +71,7 @@ pub struct WatchedNode {
     /// Its latest message.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latest: Option<NodeMessage>,
-    /// Whether it is alive, as far as the broker tells.
+    /// Whether it is alive, as far as the broker knows.
     pub is_alive: bool,
 }
 
@@ -82,7 +82,7 @@ pub struct WatchWallResults {
     pub nodes: Vec<WatchedNode>,
     /// Whether all nodes of the path are done.
     pub is_done: bool,
-    /// Why all nodes were told to be dark, if they were.
+    /// Why all nodes were switched off, if they were.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dark: Option<String>,
     /// The journal, if one was written.
@@ -176,7 +176,7 @@ struct Watched {
     path: Vec<usize>,
     most_lit: usize,
     nodes: Vec<WatchedNode>,
-    /// Whether each node was told of as silent.
+    /// Whether each node was reported as silent.
     silent: Vec<bool>,
     /// The latest step of any node.
     step: u32,
@@ -201,17 +201,17 @@ impl Watched {
         Ok(Self { path, most_lit, nodes, silent, step: 0, wrong: None, dark: None })
     }
 
-    /// Takes what was heard, and tells what is new in words. Returns the order to be dark when it must be given.
-    fn hear(&mut self, heard: Heard, tell: &mut dyn FnMut(String)) -> Option<bool> {
+    /// Takes what was heard, and reports what is new in words. Returns the order to be dark when it must be given.
+    fn hear(&mut self, heard: Heard, report: &mut dyn FnMut(String)) -> Option<bool> {
         match heard {
             Heard::Started(is_started) => {
-                tell(if is_started { "the nodes steer" } else { "the nodes are told to be dark" }.to_owned());
+                report(if is_started { "the nodes steer" } else { "the nodes are switched off" }.to_owned());
                 None
             }
             Heard::Alive(number, is_alive) => {
                 let node = &mut self.nodes[number];
                 if node.is_alive != is_alive {
-                    tell(format!(
+                    report(format!(
                         "{}: {}",
                         node.name,
                         if is_alive { "alive again" } else { "warning: it has ended" }
@@ -231,22 +231,22 @@ impl Watched {
                     (before.lamp_is_dead, message.lamp_is_dead, "warning: its lamp does not light up"),
                 ];
                 for (_, _, text) in changes.into_iter().filter(|(was, is, _)| is & !was) {
-                    tell(format!("{}: {text}", node.name));
+                    report(format!("{}: {text}", node.name));
                 }
                 self.step = self.step.max(message.step);
-                self.tell_silent(tell);
+                self.report_silent(report);
                 self.judge()
             }
         }
     }
 
-    /// Tells once of each node that says nothing any more.
-    fn tell_silent(&mut self, tell: &mut dyn FnMut(String)) {
+    /// Reports once each node that says nothing any more.
+    fn report_silent(&mut self, report: &mut dyn FnMut(String)) {
         for (node, was_silent) in self.nodes.iter().zip(&mut self.silent) {
             let is_silent =
                 node.latest.is_some_and(|latest| self.step.saturating_sub(latest.step) > SILENT_STEPS);
             if is_silent && !*was_silent {
-                tell(format!("{}: warning: not heard for {SILENT_STEPS} steps", node.name));
+                report(format!("{}: warning: not heard for {SILENT_STEPS} steps", node.name));
             }
             *was_silent = is_silent;
         }

@@ -75,7 +75,7 @@ mod tests {
         let url = |folder: Option<&Path>| {
             Origin::new("bean", Some("http://greenhouse.local:8734/"), folder).url.unwrap()
         };
-        // Nothing tells in which folder the studio is.
+        // Nothing says in which folder the studio is.
         assert_eq!(url(Some(&run)), "http://greenhouse.local:8734/");
         std::fs::create_dir(run.join(OF_STUDIO)).unwrap();
         assert_eq!(url(Some(&run)), "http://greenhouse.local:8734/run?at=");

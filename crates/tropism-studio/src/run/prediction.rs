@@ -12,7 +12,7 @@ use tropism::track::Track;
 use tropism_lab::{RunConfig, StepRecord, simulate};
 use tropism_page::thinned;
 
-use super::told::rounded;
+use super::view::rounded;
 use crate::error::Refusal;
 use crate::tail::Tail;
 
@@ -215,9 +215,9 @@ mod tests {
         };
         let tracks = [upright(0.5, 3), upright(1.5, 3), upright(2.5, 3), upright(0.0, 1)];
         let outlook = outlook(&Task::default(), &[], &tracks);
-        let told = predicted(&outlook[0], &tracks, 60.0);
-        assert_eq!((told.x, told.y, told.reached, told.probability), (3.0, 6.0, 3, 0.25));
-        assert_eq!((told.hours, told.beside), (Some([2.0, 2.0]), Some([0.5, 2.5])));
+        let shown = predicted(&outlook[0], &tracks, 60.0);
+        assert_eq!((shown.x, shown.y, shown.reached, shown.probability), (3.0, 6.0, 3, 0.25));
+        assert_eq!((shown.hours, shown.beside), (Some([2.0, 2.0]), Some([0.5, 2.5])));
     }
 
     #[test]

@@ -52,7 +52,7 @@ pub trait Controller {
         self.decide(seen).into()
     }
 
-    /// Tells that `steps` steps have passed since the last decision at which nothing was decided: their photographs were
+    /// Reports that `steps` steps have passed since the last decision at which nothing was decided: their photographs were
     /// missed, or no plant was seen for too long. One that goes by the clock counts them; by default they are ignored.
     fn miss(&mut self, steps: u32) {
         let _ = steps;

@@ -189,7 +189,7 @@ pub fn circumnutation(times_h: &[f64], angles: &[f64], lamps_change: bool) -> Ci
     };
     let period =
         Estimate { symbol: "T_cn".to_owned(), value: period, interval, status, reason: reason.clone() };
-    // A swing of standard deviation s has the amplitude s sqrt 2; each cycle tells it anew.
+    // A swing of standard deviation s has the amplitude s sqrt 2; each cycle gives it anew.
     let amplitude = exp(swing) * SQRT_2;
     let half = 1.645 / (2.0 * cycles).sqrt();
     let amplitude =

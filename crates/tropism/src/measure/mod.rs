@@ -321,8 +321,9 @@ fn judged(estimate: Estimate, responds: bool, options: &Options, length: f64) ->
             return estimate.refused("no response: the plant's own movement explains the record as well");
         }
         Stimulus::None if is_tropic => {
-            return estimate
-                .refused("upright: no stimulus is named, so gravity and straightening cannot be told apart");
+            return estimate.refused(
+                "upright: no stimulus is named, so gravity and straightening cannot be distinguished",
+            );
         }
         Stimulus::Tilt(tilt) if tilt.abs() < MIN_TILT_DEG && estimate.symbol != "Lgz" => {
             return estimate

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::detector::DetectorMemory;
 use crate::lighting::FULL;
 
-/// What a node tells its neighbours after each step: its whole state, so that a lost or doubled message does no harm.
+/// What a node sends to its neighbours after each step: its whole state, so that a lost or doubled message does no harm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NodeMessage {
     /// Number of the step. Receivers drop what is not newer.
@@ -31,7 +31,7 @@ pub struct NodeMessage {
 pub struct Neighbour<'a> {
     /// Its latest message; none so far, or after a restart.
     pub message: Option<&'a NodeMessage>,
-    /// Whether it is alive, as the broker tells by its last will.
+    /// Whether it is alive, as the broker reports by its last will.
     pub is_alive: bool,
 }
 

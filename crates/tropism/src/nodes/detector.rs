@@ -1,4 +1,4 @@
-//! Tells the echo of a plant from the empty scene, daylight and noise.
+//! Distinguishes the echo of a plant from the empty scene, daylight and noise.
 //!
 //! In: a node's reading and the mean reading of its siblings, the other nodes of its level. Out: how far the reading lies above
 //! what the node is used to, in units of its threshold. The idea: daylight changes all sensors alike, so the difference to a
@@ -115,7 +115,7 @@ pub struct Echo {
     pub sees: bool,
 }
 
-/// Tells a plant from everything else that changes a reading.
+/// Distinguishes a plant from everything else that changes a reading.
 #[derive(Clone, Debug, Default)]
 pub struct EchoDetector {
     settings: DetectorSettings,

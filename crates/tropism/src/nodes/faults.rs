@@ -24,7 +24,7 @@ pub struct NodeFaults {
     /// Number of nodes of the path whose lamp stays dark, 0 to 8.
     pub dead_lamps: u8,
     /// Number of nodes of the path that die for good as soon as their lamp has been lit for two hours, 0 to 8; the lamp goes
-    /// dark by its own timer, and the broker tells the others.
+    /// dark by its own timer, and the broker informs the others.
     pub killed: u8,
 }
 

@@ -1,7 +1,7 @@
 //! Nodes that steer together: lamps with a sensor each, which hear their neighbours and nobody else.
 //!
 //! A [`NodeWall`] says where the nodes are, which are linked, and which path is drawn. Each node sees the echo of what is
-//! near ([`Proximity`]) or how green its surroundings are ([`green_reading`]), tells a plant from daylight and noise ([`EchoDetector`]), and decides on its own lamp
+//! near ([`Proximity`]) or how green its surroundings are ([`green_reading`]), distinguishes a plant from daylight and noise ([`EchoDetector`]), and decides on its own lamp
 //! ([`NodeController`]): [`StateMachine`] hands the light over from node to node along the path, and [`NodeEvolution`] evolves a
 //! [network](NetworkNode) that does, on a model of plants that
 //! knows the wall's lamps. Whoever decides from outside, such as a learning

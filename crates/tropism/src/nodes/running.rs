@@ -150,7 +150,7 @@ impl<C: NodeController + ?Sized> WallNodes<C> {
     }
 
     /// First phase of a step: messages arrive, nodes restart by their faults, sensors read `scene` (the empty one without it), and
-    /// `see` tells each controller what its node knows. Returns what it makes of that for each node, and nothing for a node that
+    /// `see` gives each controller what its node knows. Returns what it makes of that for each node, and nothing for a node that
     /// is dead.
     pub fn perceive<S: ?Sized, T>(
         &mut self,

@@ -8,7 +8,7 @@ pub(super) fn kind_and_advice(bytes: &[u8]) -> Option<(&'static str, &'static st
     const FILM: &str = "give it the ending of a film, such as .mp4, and it is read picture by picture";
     let brand = || bytes.get(8..12).unwrap_or_default();
     Some(match bytes {
-        // ISO base media files (ISO/IEC 14496-12): the brand tells what is in them.
+        // ISO base media files (ISO/IEC 14496-12): the brand names what is in them.
         [_, _, _, _, b'f', b't', b'y', b'p', ..] => match brand() {
             b"avif" | b"avis" => ("an AVIF picture", CONVERT),
             b"heic" | b"heix" | b"heim" | b"heis" | b"hevc" | b"mif1" | b"msf1" => {

@@ -297,7 +297,7 @@ impl<M: FittedModel + BatchModel<Plant: Send + Sync + 'static> + Send + 'static>
 }
 
 impl AnyModel {
-    /// Reads a model file of any kind, told apart by the schema.
+    /// Reads a model file of any kind, distinguished by the schema.
     ///
     /// # Errors
     /// [`ModelError`] says what was found instead.

@@ -69,12 +69,12 @@ fn run_text(status: &RunStatus) -> String {
         Some(step) => add("step", format!("{step} of {} at most", status.max_steps)),
     }
     if let Some((x, y)) = status.tip_x_cm.zip(status.tip_y_cm) {
-        let held = match status.carried_forward_now {
+        let carried = match status.carried_forward_now {
             0 => String::new(),
-            1 => ", HELD: the latest photograph does not show it".to_owned(),
-            count => format!(", HELD: the latest {count} photographs do not show it"),
+            1 => ", carried forward: the latest photograph does not show it".to_owned(),
+            count => format!(", carried forward: the latest {count} photographs do not show it"),
         };
-        add("tip", format!("{x:.1}, {y:.1} cm{held}"));
+        add("tip", format!("{x:.1}, {y:.1} cm{carried}"));
     }
     if status.process.is_some() {
         add("lamp", status.lamp.clone().unwrap_or_else(|| "not decided yet".to_owned()));

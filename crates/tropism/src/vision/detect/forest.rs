@@ -100,7 +100,7 @@ fn best_split(examples: &[Example], rng: &mut impl Rng) -> Option<(usize, u8)> {
     best.1
 }
 
-/// A forest that tells plant from background.
+/// A forest that separates plant from background.
 #[derive(Clone, Debug)]
 pub(super) struct Forest {
     trees: Vec<Tree>,

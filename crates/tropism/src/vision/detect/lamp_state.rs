@@ -1,7 +1,7 @@
 //! The lamp that is lit, read from a photograph.
 //!
 //! In: a picture, and where it shows the lamps. Out: the lit one. The one idea: the lit lamp saturates, so the mean
-//! square of the luma above the picture's median tells its side.
+//! square of the luma above the picture's median gives its side.
 
 use crate::geometry::Region;
 use crate::lamps::Light;

@@ -2,7 +2,7 @@
 //!
 //! In: pictures in which root and tip are known. Out: the midline in any other picture of the series between its root and tip.
 //! The one idea: the cheapest path between the two clicks shows what the plant looks like, and what is far from it what the
-//! background looks like; a random forest tells them apart in all pictures.
+//! background looks like; a random forest separates them in all pictures.
 //!
 //! A step costs more where plant is less probable, and near the edge of what is probably plant, so the line keeps to the middle.
 //! What is deeper than a stem is no cheaper than its middle: a line is not drawn into leaves. It ends at the given end, whatever

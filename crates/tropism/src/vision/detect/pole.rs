@@ -332,7 +332,7 @@ mod tests {
         };
         let mut plant = ColourStatistics::default();
         plant.add([190, 200, 85]);
-        // A pole has it, and is told apart by the discriminant.
+        // A pole has it, and is recognised by the discriminant.
         assert_eq!(PoleMask::has_hue(&image, &plant), [true, true, false, false, true]);
     }
 }

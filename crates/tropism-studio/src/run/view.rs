@@ -1,4 +1,4 @@
-//! What pages are told of a run, as JSON: its steps and events, and how it is.
+//! A run as pages show it, as JSON: its steps and events, and how it is.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -171,7 +171,7 @@ pub(super) struct ShownStatus {
     off: Option<Off>,
     /// Of a run that is over.
     fitness: Option<f64>,
-    /// Tells it from another run that lies or lay in the same folder.
+    /// Distinguishes it from another run that lies or lay in the same folder.
     identity: Option<String>,
 }
 
