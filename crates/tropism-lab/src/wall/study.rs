@@ -122,6 +122,9 @@ impl WallStudyConfig {
             return Err(Error::Plan("`walls` is empty: name at least one".to_owned()));
         }
         check_names("walls", &[], self.walls.iter().map(|wall| wall.name.as_str()))?;
+        // Each network is a file that is called by its seed.
+        let seeds: Vec<String> = self.evolve.iter().map(u64::to_string).collect();
+        check_names("evolve", &[], seeds.iter().map(String::as_str))?;
         for wall in &self.walls {
             let rules = wall.rules.as_ref().unwrap_or(&self.rules);
             let has_evolved = wall.evolved && !self.evolve.is_empty();

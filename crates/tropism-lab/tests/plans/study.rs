@@ -54,3 +54,11 @@ fn a_resolved_study_reads_back() {
     let text = toml::to_string(&StudyConfig::default()).unwrap();
     assert_eq!(toml::from_str::<StudyConfig>(&text).unwrap(), StudyConfig::default());
 }
+
+#[test]
+fn a_study_of_walls_evolves_with_each_seed_once() {
+    let study = |evolve| WallStudyConfig { evolve, ..WallStudyConfig::default() };
+    study(vec![7, 8]).check().unwrap();
+    let error = study(vec![7, 8, 7]).check().unwrap_err().to_string();
+    assert!(error.contains("evolve") && error.contains("\"7\" stands twice"), "{error}");
+}
