@@ -49,7 +49,7 @@ pub(crate) struct ItemsNews {
     /// Whether this is all work.
     all: bool,
     items: Vec<Item>,
-    /// Places of work that is gone.
+    /// Places of work that is gone since; none beside all work.
     gone: Vec<String>,
     /// The queue, if it changed.
     queue: Option<Vec<ShownJob>>,
@@ -241,7 +241,8 @@ impl Overview {
     /// What changed since version `from`; 0 for all.
     pub(crate) fn news(&self, from: u64) -> ItemsNews {
         let items = self.items.values().filter(|(version, _)| *version > from);
-        let gone = self.gone.iter().filter(|(version, _)| *version > from);
+        // Who gets all work lacks nothing that is gone.
+        let gone = self.gone.iter().filter(|(version, _)| from > 0 && *version > from);
         ItemsNews {
             all: from == 0,
             items: items.map(|(_, item)| Item::clone(item)).collect(),
@@ -303,5 +304,10 @@ mod tests {
         let row = |overview: &Overview| json!(*overview.items["bean"].1);
         assert_eq!(row(&by_end), row(&whole));
         assert_eq!((&row(&whole)["state"], &row(&whole)["done"]), (&json!("over"), &json!(15)));
+        // Pages that know the run learn that it is gone, and others do not hear of it.
+        std::fs::remove_dir_all(&folder).unwrap();
+        let empty = reader.read(root.path(), true, Vec::new()).unwrap();
+        assert_eq!(empty.news(by_end.version).gone, ["bean"]);
+        assert!(empty.news(0).gone.is_empty() && empty.news(0).items.is_empty());
     }
 }
