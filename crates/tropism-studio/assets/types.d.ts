@@ -330,7 +330,7 @@ export interface Item {
 export interface ItemsNews {
   /** Whether this is all work. */
   all: boolean;
-  /** Places of work that is gone. */
+  /** Places of work that is gone since; none beside all work. */
   gone: string[];
   items: Item[];
   /** Seconds since 1970. */
@@ -901,7 +901,7 @@ export interface ShownStatus {
   fitness: number | null;
   /** `good`, or what to look at first. */
   health: string;
-  /** Tells it from another run that lies or lay in the same folder. */
+  /** Distinguishes it from another run that lies or lay in the same folder. */
   identity: string | null;
   /** When the next one is due, in seconds since 1970. */
   next_unix: number | null;
