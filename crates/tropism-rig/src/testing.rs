@@ -1,6 +1,8 @@
 //! Shared parts of the tests of drivers. Nothing here waits for ever.
 
+use std::fs::File;
 use std::net::TcpListener;
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -38,6 +40,24 @@ pub(crate) fn hear(connection: &mut Connection, wanted: impl Fn(&Packet) -> bool
 pub(crate) struct Mosquitto {
     pub(crate) port: u16,
     child: Child,
+    /// Keeps the port from other tests.
+    lock: Option<File>,
+}
+
+fn lock_of(port: u16) -> PathBuf {
+    std::env::temp_dir().join(format!("tropism-test-port-{port}"))
+}
+
+/// A port that no other test has, as long as the file is open. A broker binds it later than it is found, and until then the one
+/// of another test could answer there.
+fn free_port() -> (u16, File) {
+    loop {
+        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let lock = File::create(lock_of(port)).unwrap();
+        if lock.try_lock().is_ok() {
+            return (port, lock);
+        }
+    }
 }
 
 impl Mosquitto {
@@ -52,16 +72,21 @@ impl Mosquitto {
         };
         let started = Instant::now();
         loop {
-            let free = || TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-            let port = port.unwrap_or_else(free);
+            let (port, lock) = match port {
+                Some(port) => (port, None),
+                None => {
+                    let (port, lock) = free_port();
+                    (port, Some(lock))
+                }
+            };
             let child = Command::new(program)
                 .args(["-p", &port.to_string()])
                 .stdout(Stdio::null())
                 .stderr(Stdio::null())
                 .spawn()
                 .unwrap();
-            let mut broker = Self { port, child };
-            // Another test may have taken the same port meanwhile; then this broker has ended, and another one answers.
+            let mut broker = Self { port, child, lock };
+            // Another program may have taken the port meanwhile; then this broker has ended.
             while broker.child.try_wait().unwrap().is_none() {
                 if broker.answers() && broker.child.try_wait().unwrap().is_none() {
                     return Some(broker);
@@ -79,7 +104,7 @@ impl Mosquitto {
         drop(Self::start(None)?);
         let started = Instant::now();
         loop {
-            let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+            let (port, lock) = free_port();
             let config = folder.join("mosquitto.conf");
             std::fs::write(
                 &config,
@@ -91,7 +116,7 @@ impl Mosquitto {
                 .find(|path| std::path::Path::new(path).is_file())?;
             let mut command = Command::new(program);
             command.arg("-c").arg(config).stdout(Stdio::null()).stderr(Stdio::null());
-            let mut broker = Self { port, child: command.spawn().unwrap() };
+            let mut broker = Self { port, child: command.spawn().unwrap(), lock: Some(lock) };
             while broker.child.try_wait().unwrap().is_none() {
                 if std::net::TcpStream::connect(("127.0.0.1", port)).is_ok() {
                     return Some(broker);
@@ -119,5 +144,8 @@ impl Drop for Mosquitto {
         // It may have ended already.
         let _ = self.child.kill();
         self.child.wait().unwrap();
+        if self.lock.is_some() {
+            let _ = std::fs::remove_file(lock_of(self.port));
+        }
     }
 }
