@@ -3226,8 +3226,8 @@ def transfer(
     photographs : bool, default False
         Whether the tip is measured in photographs.
     model : AnyModel, default None
-        File of the tip-motion model on which the controllers were made: misses where it has no data are then told
-        apart.
+        File of the tip-motion model on which the controllers were made: misses where it has no data are then
+        distinguished.
     optimum : bool, default False
         Whether to search the best schedule of lamps for each plant.
     reference : str, default None
