@@ -127,7 +127,7 @@ test("one time for curves, path and photograph", async (t) => {
   const half = x + 44 + (width - 56) / 2;
   await opened.mouse.move(half, y + 60);
   await until(async () => /^0\.8 h: x [−\d.]+, y \d/.test(await text(opened, "#read")), "the values under the pointer");
-  assert.equal(await opened.locator("#on-path").count(), 1);
+  await opened.locator("#on-path").waitFor();
   await opened.mouse.click(half, y + 60);
   await until(async () => (await text(opened, "#frame")) === "000010.jpg", "its photograph");
   await opened.mouse.move(0, 0);

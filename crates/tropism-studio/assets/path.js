@@ -7,6 +7,12 @@ import { answerPointer, lampNow, run } from "./record.js";
 
 /** Scales of the path, once it is drawn. @type {[(x: number) => number, (y: number) => number] | null} */
 let onPath = null;
+/** The step whose tip is ringed. @type {ReturnType<typeof import("./record.js").step> | undefined} */
+let ringed;
+
+/** The ring of a step's tip. @param {(x: number) => number} X @param {(y: number) => number} Y */
+const ring = (X, Y) =>
+  ringed && ringed.x !== null ? `<circle class="ring" id="on-path" cx="${X(ringed.x)}" cy="${Y(ringed.y)}" r="9"/>` : "";
 
 /** How far beside each target the tip crossed its height. @param {(import("./types.d.ts").ShownCrossing | null)[]} crossings */
 const besides = (crossings) =>
@@ -68,18 +74,21 @@ export const path = fit($("#path"), (width) => {
         lampPath(seen, X, Y) +
         first +
         tip +
-        targets.map((target, index) => cross(X(target.x), Y(target.y), index + 1)).join("")
+        targets.map((target, index) => cross(X(target.x), Y(target.y), index + 1)).join("") +
+        ring(X, Y)
       );
     },
   });
 });
 
-/** Rings the tip of a step, or none. @param {ReturnType<typeof import("./record.js").step> | undefined} one */
+/**
+ * Rings the tip of a step, or none, also when the path is drawn anew.
+ * @param {typeof ringed} one
+ */
 export function markOnPath(one) {
+  ringed = one;
   $("#on-path")?.remove();
-  if (!onPath || !one || one.x === null) return;
-  const [X, Y] = onPath;
-  $("#path svg")?.insertAdjacentHTML("beforeend", `<circle class="ring" id="on-path" cx="${X(one.x)}" cy="${Y(one.y)}" r="9"/>`);
+  if (onPath) $("#path svg")?.insertAdjacentHTML("beforeend", ring(...onPath));
 }
 
 /** How far from the path a pointer or a finger may be, in pixels. */
