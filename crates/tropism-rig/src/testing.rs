@@ -1,7 +1,7 @@
 //! Shared parts of the tests of drivers. Nothing here waits for ever.
 
 use std::fs::File;
-use std::net::TcpListener;
+use std::net::{TcpListener, TcpStream};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::thread;
@@ -50,12 +50,12 @@ fn lock_of(port: u16) -> PathBuf {
 
 /// A port that no other test has, as long as the file is open. A broker binds it later than it is found, and until then the one
 /// of another test could answer there.
-fn free_port() -> (u16, File) {
+fn free_port() -> (u16, Option<File>) {
     loop {
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
         let lock = File::create(lock_of(port)).unwrap();
         if lock.try_lock().is_ok() {
-            return (port, lock);
+            return (port, Some(lock));
         }
     }
 }
@@ -63,6 +63,30 @@ fn free_port() -> (u16, File) {
 impl Mosquitto {
     /// `None` where it is not installed.
     pub(crate) fn start(port: Option<u16>) -> Option<Self> {
+        let set_up = |command: &mut Command, port: u16| {
+            command.args(["-p", &port.to_string()]);
+        };
+        Self::start_by(port, set_up, Self::answers)
+    }
+
+    /// A broker with further lines of a configuration file, which is written into `folder`.
+    #[cfg_attr(not(feature = "tls"), expect(dead_code, reason = "for encrypted brokers"))]
+    pub(crate) fn start_with(folder: &std::path::Path, lines: &str) -> Option<Self> {
+        let set_up = |command: &mut Command, port: u16| {
+            let config = folder.join("mosquitto.conf");
+            let text = format!("listener {port} 127.0.0.1\nallow_anonymous true\nuser root\n{lines}");
+            std::fs::write(&config, text).unwrap();
+            command.arg("-c").arg(config);
+        };
+        Self::start_by(None, set_up, |broker| TcpStream::connect(("127.0.0.1", broker.port)).is_ok())
+    }
+
+    /// A broker on `port`, or on a free one, whose command `set_up` completes, once it `answers`.
+    fn start_by(
+        port: Option<u16>,
+        set_up: impl Fn(&mut Command, u16),
+        answers: impl Fn(&Self) -> bool,
+    ) -> Option<Self> {
         let program = ["/usr/sbin/mosquitto", "/usr/bin/mosquitto"]
             .into_iter()
             .find(|path| std::path::Path::new(path).is_file());
@@ -72,55 +96,17 @@ impl Mosquitto {
         };
         let started = Instant::now();
         loop {
-            let (port, lock) = match port {
-                Some(port) => (port, None),
-                None => {
-                    let (port, lock) = free_port();
-                    (port, Some(lock))
-                }
-            };
-            let child = Command::new(program)
-                .args(["-p", &port.to_string()])
-                .stdout(Stdio::null())
-                .stderr(Stdio::null())
-                .spawn()
-                .unwrap();
+            let (port, lock) = port.map_or_else(free_port, |port| (port, None));
+            let mut command = Command::new(program);
+            set_up(&mut command, port);
+            let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
             let mut broker = Self { port, child, lock };
             // Another program may have taken the port meanwhile; then this broker has ended.
             while broker.child.try_wait().unwrap().is_none() {
-                if broker.answers() && broker.child.try_wait().unwrap().is_none() {
+                if answers(&broker) && broker.child.try_wait().unwrap().is_none() {
                     return Some(broker);
                 }
                 assert!(started.elapsed() < TIMEOUT, "no broker on port {port}");
-                thread::sleep(Duration::from_millis(10));
-            }
-            assert!(started.elapsed() < TIMEOUT, "mosquitto ends on port {port}");
-        }
-    }
-
-    /// A broker with further lines of a configuration file, which is written into `folder`.
-    #[cfg_attr(not(feature = "tls"), expect(dead_code, reason = "for encrypted brokers"))]
-    pub(crate) fn start_with(folder: &std::path::Path, lines: &str) -> Option<Self> {
-        drop(Self::start(None)?);
-        let started = Instant::now();
-        loop {
-            let (port, lock) = free_port();
-            let config = folder.join("mosquitto.conf");
-            std::fs::write(
-                &config,
-                format!("listener {port} 127.0.0.1\nallow_anonymous true\nuser root\n{lines}"),
-            )
-            .unwrap();
-            let program = ["/usr/sbin/mosquitto", "/usr/bin/mosquitto"]
-                .into_iter()
-                .find(|path| std::path::Path::new(path).is_file())?;
-            let mut command = Command::new(program);
-            command.arg("-c").arg(config).stdout(Stdio::null()).stderr(Stdio::null());
-            let mut broker = Self { port, child: command.spawn().unwrap(), lock: Some(lock) };
-            while broker.child.try_wait().unwrap().is_none() {
-                if std::net::TcpStream::connect(("127.0.0.1", port)).is_ok() {
-                    return Some(broker);
-                }
                 thread::sleep(Duration::from_millis(10));
             }
             assert!(started.elapsed() < TIMEOUT, "mosquitto ends on port {port}");

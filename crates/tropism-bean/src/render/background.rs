@@ -185,7 +185,7 @@ impl Background {
     }
 
     /// The light on the cloth. Half of a lamp's coil faces the cloth from close by, so that it gets more of the lamp than
-    /// its distance from the lamp's middle counts: around the lamp the cloth is brighter than the sensor can show.
+    /// its distance from the lamp's middle suggests: around the lamp the cloth is brighter than the sensor can show.
     fn on_wall(&self, hit: &Hit, lighting: &LightSources) -> Rgb {
         let shade = |lamp: Vec3| self.solids.share_of_light(hit.at, lamp);
         let flash = scale(lighting.by_flash(hit.at, hit.normal, 0.0), 1.35 * shade(FLASH));

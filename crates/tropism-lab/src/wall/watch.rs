@@ -314,9 +314,9 @@ mod tests {
     #[test]
     fn a_hand_over_is_told_and_nothing_is_put_dark() {
         let mut wall = Watched::new(&plan()).unwrap();
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         let path = wall.path.clone();
-        let mut hear = |wall: &mut Watched, heard| wall.hear(heard, &mut |text| told.push(text));
+        let mut hear = |wall: &mut Watched, heard| wall.hear(heard, &mut |text| reported.push(text));
         hear(&mut wall, Heard::Alive(0, true));
         hear(&mut wall, Heard::Alive(0, false));
         for (place, &number) in path.iter().enumerate() {
@@ -334,7 +334,7 @@ mod tests {
         hear(&mut wall, said(path[2], 16, 0, true));
         assert!(wall.is_done() && wall.is_dark() && wall.dark.is_none());
         let wanted = ["left1: warning: it has ended", "left1: lit", "right2: lit", "left1: done"];
-        assert_eq!(told[..4], wanted, "{told:?}");
+        assert_eq!(reported[..4], wanted, "{reported:?}");
     }
 
     #[test]
@@ -357,12 +357,12 @@ mod tests {
     #[test]
     fn a_node_that_is_not_heard_is_told_once_and_does_not_count_as_lit() {
         let mut wall = Watched::new(&plan()).unwrap();
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         wall.hear(said(0, 1, 255, false), &mut |_| {});
         for step in 2..9 {
-            wall.hear(said(3, step, 0, false), &mut |text| told.push(text));
+            wall.hear(said(3, step, 0, false), &mut |text| reported.push(text));
         }
-        assert_eq!(told, ["left1: warning: not heard for 3 steps"]);
+        assert_eq!(reported, ["left1: warning: not heard for 3 steps"]);
         assert!(wall.is_dark());
     }
 
