@@ -44,8 +44,9 @@ fn photographs_are_those_of_a_run_and_survive_an_interruption() {
     let printed = tropism(here, &[&grow[..], &["beans"]].concat()).unwrap();
     assert!(printed.contains("next: tropism track beans/plant-0001/photographs --calibration"), "{printed}");
     let whole = files(&here.join("beans"));
-    // Plan, calibrations, truths and track; a photograph a step and camera.
-    assert_eq!(whole.len(), 2 * (6 + 2 * 17));
+    // Plan and results; of each plant plan, calibrations, truths and track; a photograph a step and camera.
+    assert_eq!(whole.len(), 2 + 2 * (6 + 2 * 17));
+    assert!(tropism(here, &["status", "beans"]).unwrap().starts_with("beans: over, virtual plants"));
 
     // The track is that of the same plant without photographs.
     tropism(
@@ -87,13 +88,13 @@ fn photographs_are_those_of_a_run_and_survive_an_interruption() {
         fs::remove_file(here.join("beans").join(lost)).unwrap();
     }
     let refused = tropism(here, &[&grow[..], &["beans"]].concat()).unwrap_err();
-    assert!(refused.contains("beans/plant-0001: a plant is here already"), "{refused}");
+    assert!(refused.contains("beans: a set of photographed plants is here already"), "{refused}");
     let refused = tropism(here, &[&grow[..], &["beans", "--resume", "--seed", "2"]].concat()).unwrap_err();
     assert!(
         refused.contains("plant-0001/run.toml: a plant with other settings is here: --seed = "),
         "{refused}"
     );
-    tropism(here, &[&grow[..], &["beans", "--resume"]].concat()).unwrap();
+    tropism(here, &["grow", "--out", "beans", "--resume"]).unwrap();
     assert!(files(&here.join("beans")) == whole);
 
     // They are read as any photographs are, from both sides, and are known to be virtual.
@@ -130,6 +131,8 @@ fn what_is_about_photographs_is_refused_without_them() {
     let refused = tropism(folder.path(), &["grow", "--faults", "fly=0.1", "--out", "beans"]).unwrap_err();
     assert!(refused.contains("wanted --photographs"), "{refused}");
     let refused = tropism(folder.path(), &["grow", "--resume", "--out", "beans"]).unwrap_err();
-    assert!(refused.contains("--photographs"), "{refused}");
+    assert!(refused.contains("beans/grow.toml: "), "{refused}");
+    let refused = tropism(folder.path(), &["grow", "--list", "--out", "beans"]).unwrap_err();
+    assert!(refused.contains("without --photographs grow as a whole"), "{refused}");
     assert!(!folder.path().join("beans").exists());
 }

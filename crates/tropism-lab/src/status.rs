@@ -22,6 +22,7 @@ use crate::evolve::EvolvePlan;
 use crate::files;
 use crate::folder::{has_journal, read_journal};
 use crate::forecast::ForecastPlan;
+use crate::grow::GrowPlan;
 use crate::journal::StepRecord;
 use crate::light_day::LightOfDay;
 use crate::lock::holder;
@@ -193,12 +194,12 @@ const LATEST_EVENTS: usize = 5;
 const SECONDS_PER_DAY: f64 = 86_400.0;
 
 /// What writes folders that have a status.
-const WRITERS: &str = "`run`, `evolve`, `study`, `sweep`, `transfer`, `forecast`, `calibrate` or `baseline`";
+const WRITERS: &str = "`run`, `evolve`, `study`, `sweep`, `transfer`, `forecast`, `calibrate`, `baseline` or `grow --photographs`";
 
 /// The status of the work in a folder; `None` if there is none of its kind.
 type StatusIn = fn(&Path) -> Option<Result<WorkStatus, Error>>;
 
-const WORKS: [StatusIn; 9] = [
+const WORKS: [StatusIn; 10] = [
     status_in::<StudyPlan>,
     status_in::<SweepPlan>,
     status_in::<EvolvePlan>,
@@ -208,6 +209,7 @@ const WORKS: [StatusIn; 9] = [
     status_in::<ForecastPlan>,
     status_in::<CalibratePlan>,
     status_in::<BaselinePlan>,
+    status_in::<GrowPlan>,
 ];
 
 fn status_in<W: Work>(folder: &Path) -> Option<Result<WorkStatus, Error>> {

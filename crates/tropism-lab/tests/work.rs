@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use tropism::evolve::{EvolutionConfig, RuleSearch};
 use tropism::task::Task;
+use tropism_bean::tent::Greenhouse;
 use tropism_lab::baseline::BaselinePlan;
 use tropism_lab::calibrate::CalibratePlan;
 use tropism_lab::evolve::EvolvePlan;
@@ -197,6 +198,21 @@ fn forecasts_and_calibrations() {
     };
     assert_eq!(comes_to_the_same(plan), 4);
     let plan = |out| CalibratePlan { tracks: tracks.clone(), out: Some(out), ..CalibratePlan::default() };
+    assert_eq!(comes_to_the_same(plan), 2);
+}
+
+#[test]
+fn photographs_of_virtual_plants() {
+    let mut greenhouse = Greenhouse::default();
+    (greenhouse.scene.width, greenhouse.scene.height) = (216, 162);
+    let plan = |out| GrowPlan {
+        plants: 2,
+        task: Task::open_loop(5),
+        greenhouse: greenhouse.clone(),
+        photographs: true,
+        out,
+        ..GrowPlan::default()
+    };
     assert_eq!(comes_to_the_same(plan), 2);
 }
 

@@ -233,6 +233,7 @@ works! {
     tropism_lab::calibrate::CalibratePlan,
     tropism_lab::evolve::EvolvePlan,
     tropism_lab::forecast::ForecastPlan,
+    tropism_lab::grow::GrowPlan,
     tropism_lab::replicates::ReplicatesPlan,
     StudyPlan,
     tropism_lab::sweep::SweepPlan,

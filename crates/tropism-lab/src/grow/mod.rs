@@ -27,8 +27,7 @@ pub use self::acceptance::{AcceptancePlan, AcceptanceRow, OPEN_LOOP_PLANTS, STEE
 pub use self::kinematics::{KinematicsPlan, KinematicsResults, MeasuredQuantity};
 use crate::controller::ControllerSpec;
 use crate::run::RunConfig;
-use crate::sequences;
-use crate::{Error, Monitor, Workflow, files};
+use crate::{Error, Monitor, Workflow, files, sequences, work};
 
 /// Least and greatest number of plants that a thread grows side by side. Chosen: a vector of plants; and few enough that an
 /// interruption loses little, for tracks are written when all of them have grown.
@@ -160,19 +159,11 @@ impl Workflow for GrowPlan {
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<GrowResults, Error> {
+        if self.photographs {
+            return work::perform(self, monitor);
+        }
         files::make_folder(&self.out)?;
-        let plants = if self.photographs { self.photograph(monitor)? } else { self.grow(monitor)? };
-        let fitness: Option<Vec<f64>> = plants.iter().map(|plant| plant.fitness).collect();
-        let heights = plants.iter().map(|plant| plant.final_height_cm);
-        Ok(GrowResults {
-            is_virtual: true,
-            plants: self.plants,
-            out: self.out.clone(),
-            mean_fitness: fitness.as_ref().map(|fitness| mean(fitness.iter().copied())),
-            fitness,
-            mean_final_height_cm: mean(heights),
-            tracks: plants.into_iter().map(|plant| plant.track).collect(),
-        })
+        Ok(self.results(self.grow(monitor)?))
     }
 }
 
@@ -214,6 +205,20 @@ impl GrowPlan {
             fitness: self.task.has_goal().then(|| self.task.fitness(track)),
             final_height_cm: track.samples.last().map_or(f64::NAN, |last| last.tip.y),
             track: path,
+        }
+    }
+
+    fn results(&self, plants: Vec<GrownPlant>) -> GrowResults {
+        let fitness: Option<Vec<f64>> = plants.iter().map(|plant| plant.fitness).collect();
+        let heights = plants.iter().map(|plant| plant.final_height_cm);
+        GrowResults {
+            is_virtual: true,
+            plants: self.plants,
+            out: self.out.clone(),
+            mean_fitness: fitness.as_ref().map(|fitness| mean(fitness.iter().copied())),
+            fitness,
+            mean_final_height_cm: mean(heights),
+            tracks: plants.into_iter().map(|plant| plant.track).collect(),
         }
     }
 

@@ -1,15 +1,17 @@
 //! Photographed virtual beans: a run folder a plant, with a photograph of each step and the ground truth beside them.
 
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use tropism::parallel;
-use tropism::track::{Sample, Track};
-use tropism_bean::tent::TentHandle;
+use serde::{Deserialize, Serialize};
+use tropism::task::Task;
+use tropism::track::Sample;
+use tropism_bean::tent::{Greenhouse, TentHandle};
 
-use super::{GrowPlan, GrownPlant};
-use crate::work::check_same;
-use crate::{Error, Monitor, files, lock};
+use super::{GrowPlan, GrowResults};
+use crate::controller::ControllerSpec;
+use crate::work::{Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus, check_same};
+use crate::{Error, Monitor, Workflow, files, lock};
 
 /// A camera of the virtual tent.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -35,42 +37,131 @@ impl View {
     }
 }
 
-impl GrowPlan {
-    /// Grows and photographs all plants.
-    pub(super) fn photograph(&self, monitor: &dyn Monitor) -> Result<Vec<GrownPlant>, Error> {
-        let steps = u64::from(self.plants) * (u64::from(self.task.max_steps) + 1);
-        monitor.stage("photograph", steps);
-        // All folders are checked before the first plant grows.
-        for plant in 0..self.plants {
-            let record = self.folder(plant).join("run.toml");
-            check_same(&record, &self.config(self.seed_of(plant)).to_toml()?, self.resume, "a plant")?;
-        }
-        let grow = |plant: usize| {
-            let plant = plant as u32;
-            let folder = self.folder(plant);
-            let track = self.photograph_plant(&folder, self.seed_of(plant), monitor)?;
-            Ok::<_, Error>(track.map(|track| self.grown(folder.join("track.csv"), &track)))
-        };
-        let plants: Vec<Option<GrownPlant>> = parallel::try_map(self.plants as usize, grow)?;
-        let plants: Option<Vec<GrownPlant>> = plants.into_iter().collect();
-        plants.ok_or_else(|| Error::Interrupted { folder: self.out.clone() })
+/// What decides the photographs: the content of `grow.toml`.
+#[derive(Serialize, Deserialize)]
+struct GrowRecord {
+    schema: String,
+    version: String,
+    is_virtual: bool,
+    seed: u64,
+    plants: u32,
+    period_min: f64,
+    controller: ControllerSpec,
+    task: Task,
+    greenhouse: Greenhouse,
+}
+
+/// The photographed plants are long work; the others grow in a moment, and are no units of it.
+impl Work for GrowPlan {
+    const WORKFLOW: &'static str = "grow";
+    const NAME: &'static str = "a set of photographed plants";
+    const RECORD: &'static str = "grow.toml";
+    const RESULTS: &'static [&'static str] = &["grow.json"];
+
+    type Begun<'p> = Photographing<'p>;
+
+    fn out(&self) -> &Path {
+        &self.out
     }
 
-    /// Grows the plant of `seed` in `folder`; `None` if it was interrupted.
-    ///
-    /// A folder with a track is complete. In any other folder the plant grows again from the start, which takes little
-    /// time beside the photographs; photographs that exist are kept.
-    fn photograph_plant(
-        &self,
-        folder: &Path,
-        seed: u64,
-        monitor: &dyn Monitor,
-    ) -> Result<Option<Track>, Error> {
-        let track_file = folder.join("track.csv");
-        if track_file.exists() {
-            monitor.skip(self.task.max_steps.into());
-            return Ok(Some(files::read_track(&track_file)?));
+    fn resume_mut(&mut self) -> &mut bool {
+        &mut self.resume
+    }
+
+    fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
+        vec![&mut self.out]
+    }
+
+    fn of_folder(out: &Path) -> Result<Self, Error> {
+        let GrowRecord { seed, plants, period_min, controller, task, greenhouse, .. } =
+            files::read_toml(&out.join(Self::RECORD))?;
+        let out = out.to_owned();
+        let plan = Self { plants, controller, task, greenhouse, period_min, seed, out, ..Self::default() };
+        Ok(Self { photographs: true, resume: true, ..plan })
+    }
+
+    fn status(folder: &Path) -> Result<WorkStatus, Error> {
+        let plan = Self::of_folder(folder)?;
+        let done = (0..plan.plants).filter(|&plant| plan.photographed_track(plant).exists()).count();
+        let part = PartStatus::new("photographed", done as u64, plan.plants.into(), "plants");
+        WorkStatus::of::<Self>(folder, vec![part])
+    }
+
+    /// Checks all folders before the first plant grows.
+    fn begin(&self, _monitor: &dyn Monitor) -> Result<Photographing<'_>, Error> {
+        if !self.photographs {
+            let problem =
+                "plants without `photographs` grow as a whole: only photographed ones are units of long work";
+            return Err(Error::Plan(problem.to_owned()));
         }
+        for plant in 0..self.plants {
+            let record = self.folder(plant).join("run.toml");
+            check_same(&record, &self.config(self.seed_of(plant)).to_toml()?, true, "a plant")?;
+        }
+        Ok(Photographing(self))
+    }
+
+    fn collect(&self, _begun: &Photographing<'_>, _monitor: &dyn Monitor) -> Result<GrowResults, Error> {
+        let grown = |plant| {
+            let path = self.photographed_track(plant);
+            let track = files::read_track(&path)?;
+            Ok::<_, Error>(self.grown(path, &track))
+        };
+        let results = self.results((0..self.plants).map(grown).collect::<Result<_, _>>()?);
+        files::write_json(&self.out.join("grow.json"), &results)?;
+        Ok(results)
+    }
+}
+
+/// Plants that are photographed.
+pub struct Photographing<'p>(&'p GrowPlan);
+
+impl Units for Photographing<'_> {
+    fn record(&self) -> Result<Record, Error> {
+        let GrowPlan { plants, controller, task, greenhouse, period_min, seed, .. } = self.0.clone();
+        let content = GrowRecord {
+            schema: GrowPlan::SCHEMA.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            is_virtual: true,
+            seed,
+            plants,
+            period_min,
+            controller,
+            task,
+            greenhouse,
+        };
+        Record::of(self.0, &content)
+    }
+
+    fn stages(&self) -> Vec<Stage> {
+        let photographs = u64::from(self.0.task.max_steps) + 1;
+        let unit = |plant| {
+            let about = format!("photographs of plant {}", plant + 1);
+            Unit { size: photographs, ..Unit::new(format!("plant-{:04}", plant + 1), about) }
+        };
+        let units = (0..self.0.plants).map(unit).collect();
+        vec![Stage { name: "photograph".to_owned(), pace: Pace::Parallel, units }]
+    }
+
+    fn is_done(&self, place: Place) -> Result<bool, Error> {
+        Ok(self.0.photographed_track(place.unit as u32).exists())
+    }
+
+    fn execute(&self, place: Place, monitor: &dyn Monitor) -> Result<(), Error> {
+        let plant = place.unit as u32;
+        self.0.photograph(&self.0.folder(plant), self.0.seed_of(plant), monitor)
+    }
+}
+
+impl GrowPlan {
+    /// The track file of a photographed plant, from 0: it comes last, so that a plant that has it is complete.
+    fn photographed_track(&self, plant: u32) -> PathBuf {
+        self.folder(plant).join("track.csv")
+    }
+
+    /// Grows and photographs the plant of `seed` in `folder`. What was interrupted grows again from the start, which takes little
+    /// time beside the photographs; photographs that exist are kept.
+    fn photograph(&self, folder: &Path, seed: u64, monitor: &dyn Monitor) -> Result<(), Error> {
         let views = if self.greenhouse.scene.cameras > 1 {
             &[View::Front, View::Side][..]
         } else {
@@ -80,13 +171,15 @@ impl GrowPlan {
             files::make_folder(&folder.join(view.folder()))?;
         }
         let _lock = lock(folder)?;
-        files::write(&folder.join("run.toml"), self.config(seed).to_toml()?.as_bytes())?;
+        let record = folder.join("run.toml");
+        let goes_on = record.exists();
+        files::write(&record, self.config(seed).to_toml()?.as_bytes())?;
         self.write_calibrations(folder, views)?;
         let (mut truth, mut written) = (None, Ok(()));
         let mut watch = |sample: &Sample, device: &TentHandle| {
             written = views.iter().try_for_each(|view| {
                 let path = folder.join(view.folder()).join(format!("{:06}.jpg", sample.step));
-                if self.resume && path.exists() {
+                if goes_on && path.exists() {
                     return Ok(());
                 }
                 files::write(&path, &view.photograph(device))
@@ -105,12 +198,10 @@ impl GrowPlan {
         let mut controller = self.controller.build(&self.task, &tent.layout, period_min);
         let track = tent.grow(seed, period_min, &mut *controller, &self.task, &mut watch);
         written?;
-        let Some((csv, jsonl)) = truth else { return Ok(None) };
+        let Some((csv, jsonl)) = truth else { return Err(Error::Interrupted { folder: self.out.clone() }) };
         files::write(&folder.join("truth.csv"), &csv)?;
         files::write(&folder.join("truth.jsonl"), &jsonl)?;
-        // The track comes last: a folder that has it is complete.
-        files::write_track(&track_file, &track)?;
-        Ok(Some(track))
+        Ok(files::write_track(&folder.join("track.csv"), &track)?)
     }
 
     /// Writes the calibration of each camera: in the run folder for the front, in `side` for the side.

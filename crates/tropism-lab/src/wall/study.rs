@@ -230,12 +230,8 @@ impl Work for WallStudyPlan {
         &self.out
     }
 
-    fn is_resumed(&self) -> bool {
-        self.resume
-    }
-
-    fn to_resume(self) -> Self {
-        Self { resume: true, ..self }
+    fn resume_mut(&mut self) -> &mut bool {
+        &mut self.resume
     }
 
     fn paths_mut(&mut self) -> Vec<&mut PathBuf> {

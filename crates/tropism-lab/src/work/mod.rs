@@ -42,12 +42,20 @@ pub trait Work: Workflow {
     /// Its folder.
     fn out(&self) -> &Path;
 
+    /// The setting of the plan by which it may go on in a folder where it has begun.
+    fn resume_mut(&mut self) -> &mut bool;
+
     /// Whether it may go on in a folder where it has begun.
-    fn is_resumed(&self) -> bool;
+    fn is_resumed(&self) -> bool {
+        *self.clone().resume_mut()
+    }
 
     /// The same plan, which may go on in a folder where it has begun.
     #[must_use]
-    fn to_resume(self) -> Self;
+    fn to_resume(mut self) -> Self {
+        *self.resume_mut() = true;
+        self
+    }
 
     /// Its folder, and the files and folders that it reads.
     fn paths_mut(&mut self) -> Vec<&mut PathBuf>;

@@ -7,14 +7,16 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use tropism_lab::Work;
 use tropism_lab::files::shell_word;
 use tropism_lab::grow::{GrowPlan, GrowResults};
 use tropism_lab::units::plural;
 
 use crate::controller::{ControllerName, task_for};
 use crate::options::{SeedOption, TaskOption, TentOptions, parse_minutes};
-use crate::progress::{check_outputs, execute_and_print};
+use crate::progress::{check_outputs, for_user};
 use crate::shell::Shell;
+use crate::units::UnitsOption;
 
 /// Grow virtual beans for statistics, with or without photographs
 ///
@@ -45,7 +47,7 @@ pub(crate) struct Grow {
     #[arg(long, default_value = "periodic:6h", value_name = "CONTROLLER")]
     controller: ControllerName,
 
-    /// Folder for a track of each plant, or with --photographs a run folder
+    /// Folder for a track, or with --photographs a run folder, of each plant
     #[arg(long, value_name = "DIR", required_unless_present_any = ["check", "kinematics"])]
     out: Option<PathBuf>,
 
@@ -57,7 +59,7 @@ pub(crate) struct Grow {
     #[arg(long)]
     photographs: bool,
 
-    /// Tip the pots to the right by this angle at the first step, for `tropism measure`
+    /// Tip the pots to the right by this angle at the first step
     #[arg(
         long,
         default_value_t = 0.0,
@@ -71,16 +73,16 @@ pub(crate) struct Grow {
     #[arg(long, conflicts_with = "photographs")]
     dark: bool,
 
-    /// Continue an interrupted command in DIR
-    #[arg(long, requires = "photographs")]
+    /// Continue with the photographs in DIR; it needs no other option
+    #[arg(long, requires = "out")]
     resume: bool,
 
     /// Compare beans with published values instead
-    #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "variation", "scene", "cameras", "faults", "tilt", "dark"])]
+    #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "variation", "scene", "cameras", "faults", "tilt", "dark", "resume", "unit", "list", "engine"])]
     check: bool,
 
     /// Draw experiments of plant physiology with the typical plant instead
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["check", "plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "variation", "scene", "cameras", "faults", "tilt", "dark"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["check", "plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "variation", "scene", "cameras", "faults", "tilt", "dark", "resume", "unit", "list", "engine"])]
     kinematics: Option<PathBuf>,
 
     #[command(flatten)]
@@ -88,6 +90,9 @@ pub(crate) struct Grow {
 
     #[command(flatten)]
     seed: SeedOption,
+
+    #[command(flatten)]
+    units: UnitsOption,
 
     #[command(
         flatten,
@@ -105,6 +110,10 @@ impl Grow {
         let Some(out) = self.out else {
             return check::execute(greenhouse.bean, self.seed.seed, shell);
         };
+        if self.resume && !self.photographs {
+            let plan = GrowPlan::of_folder(&out).map_err(for_user)?;
+            return self.units.execute(&plan, shell, |results| text(&plan, results));
+        }
         let controller = self.controller.load()?;
         let task = task_for(&controller, &self.task, self.steps, shell)?;
         self.tent.check_for(&task)?;
@@ -125,7 +134,7 @@ impl Grow {
         let tracks = (0..plan.plants).map(|plant| plan.track_path(plant));
         let inputs = [&self.task.task, &self.tent.bean.bean, &self.tent.scene].map(Option::as_ref);
         check_outputs(&tracks.collect::<Vec<_>>(), inputs.into_iter().chain([self.controller.file()]))?;
-        execute_and_print(&plan, shell, |results| text(&plan, results))
+        self.units.execute(&plan, shell, |results| text(&plan, results))
     }
 }
 
