@@ -35,7 +35,17 @@ pub struct NameTimes {
 #[must_use]
 pub fn times_in_names(paths: &[String]) -> NameTimes {
     let names: Vec<Name<'_>> = paths.iter().map(|path| Name::new(path)).collect();
-    let readings = readings_of(&names);
+    let alike = alike(&names);
+    let counted = |warning: Option<String>| {
+        let unlike = (0..names.len()).find(|index| !alike.contains(index)).map(|index| {
+            format!(
+                "{:?} has no name like the others, and is counted as one of them: leave it out if it is none of the series",
+                paths[index]
+            )
+        });
+        NameTimes { warnings: warning.into_iter().chain(unlike).collect(), ..NameTimes::default() }
+    };
+    let readings = readings_of(&names, &alike);
     // Times of day alone never lie far apart.
     let closest = readings.iter().filter(|reading| reading.form.rank() < 5 && reading.even >= LEAST_EVEN);
     let closest = closest.map(|reading| reading.spread).min();
@@ -53,9 +63,9 @@ pub fn times_in_names(paths: &[String]) -> NameTimes {
         .iter()
         .filter(is_eligible)
         .min_by(|one, other| one.form.rank().cmp(&other.form.rank()).then(one.spread.cmp(&other.spread)));
-    let Some(chosen) = chosen else { return NameTimes::default() };
+    let Some(chosen) = chosen else { return counted(None) };
     let rank = chosen.form.rank();
-    let counter = rise_of_counter(&names);
+    let counter = rise_of_counter(&names, &alike);
     // So few digits are a counter, if they rise as evenly as the clock would.
     let is_whole_clock = matches!(chosen.form, Form::Calendar { clock: Clock::Seconds, .. })
         && chosen.used.is_some_and(|(first, last)| last == first + 2);
@@ -66,8 +76,16 @@ pub fn times_in_names(paths: &[String]) -> NameTimes {
         let may_be_days = rank == 3 && chosen.times.iter().all(Option::is_some);
         let warning =
             format!("the numbers in the names may be a clock ({}), and are counted", chosen.form.words());
-        let warnings = may_be_days.then_some(warning).into_iter().collect();
-        return NameTimes { warnings, ..NameTimes::default() };
+        return counted(may_be_days.then_some(warning));
+    }
+    // A number that rises by one beside a date, and as evenly as the clock would: a clock that shows minutes or seconds alone,
+    // or a counter, which is plain where it begins with 0 or 1.
+    if let Some(first) = chosen.first_of_counter(&names, &alike) {
+        let words = chosen.form.words();
+        let warning = format!(
+            "the last number in the names may be a clock ({words}) or a counter, and is taken for a counter"
+        );
+        return counted((first > 1).then_some(warning));
     }
     if rank >= 2 && chosen.even < LEAST_EVEN {
         // Counting would take a jump of the hour for a gap.
@@ -76,8 +94,7 @@ pub fn times_in_names(paths: &[String]) -> NameTimes {
             chosen.form.words()
         );
         let is_counted = counter.is_some_and(|(_, even)| even > chosen.even);
-        let warnings = if is_counted || rank >= 5 { Vec::new() } else { vec![warning] };
-        return NameTimes { warnings, ..NameTimes::default() };
+        return counted((!is_counted && rank < 5).then_some(warning));
     }
     let mut found = NameTimes { times: chosen.times.clone(), is_plain: rank == 0, ..NameTimes::default() };
     let rival = readings.iter().filter(is_eligible).find(|other| {
@@ -140,6 +157,20 @@ impl<'a> Name<'a> {
     fn word_after(&self, group: usize) -> &'a str {
         self.groups.get(group + 1).map_or(self.end, |(word, _)| word)
     }
+}
+
+/// The places of the names that are like most: the same words around as many numbers. All, where fewer than four fifths are
+/// alike: then no form is usual.
+fn alike(names: &[Name<'_>]) -> Vec<usize> {
+    let mut by_form: BTreeMap<(Vec<&str>, &str), Vec<usize>> = BTreeMap::new();
+    for (index, name) in names.iter().enumerate() {
+        // Folders differ: the last of them begins the words that count.
+        let words =
+            name.groups.iter().map(|(word, _)| word.rsplit(['/', '\\']).next().unwrap_or(word)).collect();
+        by_form.entry((words, name.end)).or_default().push(index);
+    }
+    let most = by_form.into_values().max_by_key(Vec::len).unwrap_or_default();
+    if 5 * most.len() >= 4 * names.len() { most } else { (0..names.len()).collect() }
 }
 
 /// Fields of a date in their order.
@@ -295,20 +326,20 @@ impl Form {
                 let seconds = group.parse::<f64>().ok()? / [1.0, 1e3, 1e6][(digits - 10) / 3];
                 // 2010 to 2034: no date of month, day, hour, minute and second is so large a number.
                 let is_time = group.len() == digits && (1_262_304_000.0..2_051_222_400.0).contains(&seconds);
-                is_time.then_some(Moment { seconds, offset_s: None, last: first })
+                is_time.then_some(Moment { seconds, offset_s: None, first, last: first })
             }
             Self::Calendar { date, clock, is_time_first: true, .. } => {
                 let of_day = cursor.clock(clock)?;
                 cursor.rest_is_fraction(date, clock)?;
                 let days = cursor.date(date)?;
                 cursor.is_at_end().then_some(())?;
-                Some(Moment { seconds: days + of_day, offset_s: None, last: cursor.group })
+                Some(Moment { seconds: days + of_day, offset_s: None, first, last: cursor.group })
             }
             Self::Calendar { date, clock, skip, .. } => {
                 let days = cursor.date(date)?;
                 if clock == Clock::None {
                     cursor.is_at_end().then_some(())?;
-                    return Some(Moment { seconds: days, offset_s: None, last: cursor.group });
+                    return Some(Moment { seconds: days, offset_s: None, first, last: cursor.group });
                 }
                 if skip > 0 {
                     cursor.is_at_end().then_some(())?;
@@ -326,7 +357,7 @@ impl Form {
                 }
                 cursor.rest_is_fraction(date, clock)?;
                 let offset_s = if clock == Clock::Hours { None } else { cursor.offset_s() };
-                Some(Moment { seconds: days + of_day, offset_s, last: cursor.group })
+                Some(Moment { seconds: days + of_day, offset_s, first, last: cursor.group })
             }
         }
     }
@@ -338,7 +369,8 @@ struct Moment {
     seconds: f64,
     /// Seconds by which the clock is ahead of UTC, and whether it follows a plus.
     offset_s: Option<(f64, bool)>,
-    /// The last number that is read.
+    /// The first and the last number that is read.
+    first: usize,
     last: usize,
 }
 
@@ -391,6 +423,7 @@ impl Cursor<'_> {
         // A leap year, in which all days exist.
         const ANY_YEAR: u32 = 1972;
         let short = |year: u32| 2_000 + year;
+        let first = if !self.is_new && self.is_at_end() { self.group + 1 } else { self.group };
         let (year, month, day) = match date {
             Date::YearMonthDay => (self.take(4)?, self.take(2)?, self.take(2)?),
             Date::YearNameDay => (self.take(4)?, self.month()?, self.take(2)?),
@@ -432,6 +465,12 @@ impl Cursor<'_> {
             }
             Date::None => return Some(0.0),
         };
+        let is_short =
+            matches!(date, Date::ShortYearMonthDay | Date::DayMonthShortYear | Date::MonthDayShortYear);
+        // Six digits together, or three times two: else two numbers of different kinds.
+        if is_short && !matches!(self.group - first, 0 | 2) {
+            return None;
+        }
         unix_seconds(year, [month, day, 0, 0, 0])
     }
 
@@ -508,6 +547,8 @@ struct Reading {
     times: Vec<Option<f64>>,
     /// The first and the last number that is read; `None` where they are found anew in each name.
     used: Option<(usize, usize)>,
+    /// The first and the last number that is read in any name.
+    span: (usize, usize),
     /// Share of the intervals that are the median one.
     even: f64,
     /// Median intervals from the first photograph to the last, by photographs: many where a reading tears neighbours apart.
@@ -518,7 +559,7 @@ struct Reading {
 const TRIED: usize = 40;
 
 /// All readings of a series that give most names a time, and most of them different ones.
-fn readings_of(names: &[Name<'_>]) -> Vec<Reading> {
+fn readings_of(names: &[Name<'_>], alike: &[usize]) -> Vec<Reading> {
     let stride = names.len().div_ceil(TRIED).max(1);
     let tried: Vec<&Name<'_>> = names.iter().step_by(stride).collect();
     let most = tried.iter().map(|name| name.groups.len()).max().unwrap_or(0).min(16);
@@ -545,17 +586,23 @@ fn readings_of(names: &[Name<'_>]) -> Vec<Reading> {
             if let (Form::Calendar { skip: 1.., .. }, Some(first)) = (form, first) {
                 // What is skipped must say nothing: some number between date and time that never changes, or counts.
                 let last = moments.iter().flatten().map(|moment| moment.last).max().unwrap_or(first);
-                let counts =
-                    |at: usize| usual_rise(names, at).is_some_and(|(rise, even)| rise == 1 && even > 0.8);
+                let counts = |at: usize| {
+                    usual_rise(names, alike, at).is_some_and(|(rise, even)| rise == 1 && even > 0.8)
+                };
                 if !(first.min(most)..last.min(most)).any(|at| constant[at] || counts(at)) {
                     continue;
                 }
             }
             let times = with_offsets(&moments);
             let is_counter = |reading: &Reading| {
-                let one = reading.used.filter(|(first, last)| reading.form.rank() >= 5 && first == last);
-                one.and_then(|(at, _)| usual_rise(names, at))
-                    .is_some_and(|(rise, even)| rise == 1 && even >= reading.even)
+                let Some(last) = reading.possible_counter(names, alike) else { return false };
+                let counts = |least: f64| {
+                    usual_rise(names, alike, last).is_some_and(|(rise, even)| rise == 1 && even >= least)
+                };
+                // A clock never shows what is no time.
+                let is_ruled_out =
+                    counts(LEAST_COUNTED) && alike.iter().any(|&index| reading.times[index].is_none());
+                is_ruled_out || reading.form.rank() >= 5 && counts(reading.even)
             };
             if let Some(reading) = Reading::new(form, first, times, &moments)
                 && !is_counter(&reading)
@@ -567,12 +614,15 @@ fn readings_of(names: &[Name<'_>]) -> Vec<Reading> {
             }
         }
     }
-    drop_weaker(&mut readings, names);
+    drop_weaker(&mut readings, names, alike);
     readings
 }
 
+/// Least share of rises by one of a counter.
+const LEAST_COUNTED: f64 = 0.8;
+
 /// Drops readings that another one makes unlikely.
-fn drop_weaker(readings: &mut Vec<Reading>, names: &[Name<'_>]) {
+fn drop_weaker(readings: &mut Vec<Reading>, names: &[Name<'_>], alike: &[usize]) {
     // One that leaves out names which another reads has met them by chance.
     let count = |reading: &Reading| reading.times.iter().flatten().count();
     let most = readings.iter().map(count).max().unwrap_or(0);
@@ -585,7 +635,8 @@ fn drop_weaker(readings: &mut Vec<Reading>, names: &[Name<'_>]) {
             matches!(other.form, Form::Calendar { date: also, skip: 1.., .. } if also == date)
                 && other.used.is_some_and(|used| used.0 == first && used.1 > last)
         };
-        usual_rise(names, last).is_some_and(|(rise, even)| rise == 1 && even >= reading.even)
+        reading.possible_counter(names, alike).is_some()
+            && usual_rise(names, alike, last).is_some_and(|(rise, even)| rise == 1 && even >= reading.even)
             && others.iter().any(goes_on)
     };
     // A part of the digits that another one reads, which is about as even and no less usual.
@@ -653,8 +704,30 @@ impl Reading {
         }
         let spread = (known[known.len() - 1] - known[0]) / median_interval(&known)? / known.len() as f64;
         let spread = spread as u64;
+        let start = moments.iter().flatten().map(|moment| moment.first).min()?;
         let last = moments.iter().flatten().map(|moment| moment.last).max()?;
-        Some(Self { form, times, used: first.map(|first| (first, last)), even, spread })
+        let used = first.map(|first| (first, last));
+        Some(Self { form, times, used, span: (start, last), even, spread })
+    }
+
+    /// The place of the last number that is read, if it may be a counter: it holds the whole clock, and no date before it. Fields
+    /// of a clock that stand apart are no counter, however the last of them rises.
+    fn possible_counter(&self, names: &[Name<'_>], alike: &[usize]) -> Option<usize> {
+        let Form::Calendar { clock, .. } = self.form else { return None };
+        let (first, last) = self.span;
+        let digits = names[*alike.first()?].groups.get(last)?.1;
+        let has_whole_clock = matches!(clock, Clock::Hours | Clock::None) || digits.len() >= 4;
+        let has_date = first == last && self.form.rank() < 5;
+        (has_whole_clock && !has_date).then_some(last)
+    }
+
+    /// The first number of a counter that this reading may be: its last number rises by one as evenly as its times do.
+    fn first_of_counter(&self, names: &[Name<'_>], alike: &[usize]) -> Option<u64> {
+        let last = self.possible_counter(names, alike)?;
+        let (rise, even) = usual_rise(names, alike, last)?;
+        let is_counter = rise == 1 && even >= self.even.max(LEAST_COUNTED);
+        is_counter
+            .then(|| alike.iter().filter_map(|&index| names[index].groups[last].1.parse().ok()).min())?
     }
 
     /// Looks for what a clock does: an hour back or on, a new date, an old one.
@@ -787,20 +860,20 @@ fn cut_cycle(times: &mut [Option<f64>], cycle: f64) {
     }
 }
 
-/// How much the only number that differs rises most often from name to name, and in what share of them.
-fn rise_of_counter(names: &[Name<'_>]) -> Option<(u64, f64)> {
-    let first = names.first()?;
+/// How much the only number that differs rises most often from name to name of those that are `alike`, and in what share of them.
+fn rise_of_counter(names: &[Name<'_>], alike: &[usize]) -> Option<(u64, f64)> {
+    let first = &names[*alike.first()?];
     let digits = |name: &Name<'_>, at: usize| name.groups.get(at).map(|(_, digits)| (*digits).to_owned());
-    let differs = |at: &usize| names.iter().any(|name| digits(name, *at) != digits(first, *at));
+    let differs = |at: &usize| alike.iter().any(|&index| digits(&names[index], *at) != digits(first, *at));
     let mut varying = (0..first.groups.len()).filter(differs);
     let (Some(at), None) = (varying.next(), varying.next()) else { return None };
-    usual_rise(names, at)
+    usual_rise(names, alike, at)
 }
 
-/// How much the number at this place rises most often from name to name, and in what share of them.
-fn usual_rise(names: &[Name<'_>], at: usize) -> Option<(u64, f64)> {
-    let number = |name: &Name<'_>| name.groups.get(at)?.1.parse().ok();
-    let numbers: Vec<u64> = names.iter().map(number).collect::<Option<_>>()?;
+/// How much the number at this place rises most often from name to name of those that are `alike`, and in what share of them.
+fn usual_rise(names: &[Name<'_>], alike: &[usize], at: usize) -> Option<(u64, f64)> {
+    let number = |&index: &usize| names[index].groups.get(at)?.1.parse().ok();
+    let numbers: Vec<u64> = alike.iter().map(number).collect::<Option<_>>()?;
     let mut counts = BTreeMap::new();
     let rises = numbers.windows(2).map(|pair| pair[1].saturating_sub(pair[0]));
     rises.for_each(|rise| *counts.entry(rise).or_insert(0_usize) += 1);
@@ -811,8 +884,10 @@ fn usual_rise(names: &[Name<'_>], at: usize) -> Option<(u64, f64)> {
 /// The numbers of a counter that stands beside the time, of which each occurs once.
 fn counter_beside(names: &[Name<'_>], used: (usize, usize), has_skipped: bool) -> Option<Vec<u64>> {
     let least = names.iter().map(|name| name.groups.len()).min()?;
-    let is_skipped =
-        |at: usize| has_skipped && usual_rise(names, at).is_some_and(|(rise, even)| rise == 1 && even > 0.8);
+    let alike = alike(names);
+    let is_skipped = |at: usize| {
+        has_skipped && usual_rise(names, &alike, at).is_some_and(|(rise, even)| rise == 1 && even > 0.8)
+    };
     let candidates = (0..least).rev().filter(|at| !(used.0..=used.1).contains(at) || is_skipped(*at));
     candidates.into_iter().find_map(|at| {
         let numbers: Vec<u64> =

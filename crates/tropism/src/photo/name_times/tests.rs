@@ -167,6 +167,81 @@ fn counters_are_no_clock() {
     assert_eq!(found.times, []);
 }
 
+/// How names are read: whether they tell times, and how many warnings there are.
+fn told(names: Vec<String>) -> (bool, usize) {
+    let mut names = names;
+    names.sort_by_cached_key(|name| super::super::natural_order(name));
+    let found = times_in_names(&names);
+    (!found.times.is_empty(), found.warnings.len())
+}
+
+#[test]
+fn counters_beside_a_date_are_counted() {
+    let forms: [fn(usize) -> String; 8] = [
+        |index| format!("bean_2024-05-01/frame{:04}.jpg", index + 1),
+        |index| format!("2024-05-01/IMG_{:04}.jpg", index + 1),
+        |index| format!("20240501/frame{index:04}.jpg"),
+        |index| format!("bean_2024-05-01_{:04}.jpg", index + 1),
+        |index| format!("bean_20240501_{:06}.jpg", index + 1),
+        |index| format!("tl_20240501_0900/frame_{:06}.jpg", index + 1),
+        |index| format!("2024-05-01_09-00-00_{:04}.jpg", index + 1),
+        |index| format!("day{}/IMG{:02}.jpg", 1 + index / 12, 1 + index % 12),
+    ];
+    for (place, form) in forms.into_iter().enumerate() {
+        for count in [24, 70] {
+            assert_eq!(told((0..count).map(form).collect()), (false, 0), "{place}, {count}");
+        }
+    }
+    // A number from 900 on may be a clock.
+    assert_eq!(told((0..40).map(|index| format!("2024-05-01/{:04}.jpg", 900 + index)).collect()), (false, 1));
+    // Beyond the hour it is one.
+    let of_clock = |index: usize| format!("2024-05-01/{:02}{:02}.jpg", 9 + index / 60, index % 60);
+    assert_eq!(told((0..90).map(of_clock).collect()), (true, 0));
+}
+
+#[test]
+fn an_odd_file_makes_no_clock_of_a_counter() {
+    for odd in ["IMG_0016 (1).jpg", "checkerboard.jpg", "IMG_0016a.jpg"] {
+        let mut names: Vec<String> = (0..40).map(|index| format!("IMG_{index:04}.jpg")).collect();
+        names.push(odd.to_owned());
+        assert_eq!(told(names), (false, 1), "{odd}");
+    }
+}
+
+#[test]
+fn numbers_that_begin_anew_are_no_clock() {
+    for after in [14, 25, 60] {
+        let names =
+            |index: usize| format!("IMG_{:04}.jpg", if index < 15 { 9985 + index } else { index - 14 });
+        assert!(!told((0..15 + after).map(names).collect()).0, "{after}");
+    }
+}
+
+#[test]
+fn a_number_behind_a_whole_clock_is_none_of_its_fields() {
+    let (stamps, times): (Vec<Stamp>, Vec<f64>) = {
+        let start = unix_seconds(2024, [10, 12, 22, 59, 1]).unwrap();
+        let times: Vec<f64> = (0..20).map(|index| start + 301.0 * f64::from(index)).collect();
+        (times.iter().map(|time| stamp(*time)).collect(), times)
+    };
+    for tail in ["(1)", "-1", "__2", "-00"] {
+        let name = |stamp: &Stamp| {
+            let Stamp { year, month, day, hour, minute, second } = stamp;
+            format!("{year}-{month:02}-{day:02}__{hour:02}-{minute:02}-{second:02}{tail}.JPG")
+        };
+        let (found, truth) = read(stamps.iter().map(name).zip(times.iter().copied()).collect());
+        assert_eq!(found.times, truth.into_iter().map(Some).collect::<Vec<_>>(), "{tail}");
+    }
+    // The number of the folder is no part of the date.
+    let name = |stamp: &Stamp| {
+        let Stamp { month, day, hour, minute, second, .. } = stamp;
+        format!("plant3601/{month:02}{day:02}{hour:02}{minute:02}{second:02}.jpg")
+    };
+    let hourly = (0..24).map(|hour| times[0] + 3601.0 * f64::from(hour));
+    let (found, truth) = read(hourly.map(|time| (name(&stamp(time)), time)).collect());
+    assert!(found.times[1].unwrap() - found.times[0].unwrap() == truth[1] - truth[0], "{found:?}");
+}
+
 #[test]
 fn the_end_of_summer_time_is_undone_by_numbers() {
     let (stamps, times) = stamps(60, 5);
