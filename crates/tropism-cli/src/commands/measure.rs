@@ -210,9 +210,7 @@ fn text(plan: &MeasurePlan, results: &MeasureResults) -> String {
         text += &format!("left out: {left_out}\n");
     }
     match &plan.out {
-        Some(out) => {
-            text + &format!("wrote {0}/report.html, {0}/constants.csv, {0}/kymograph.csv", out.display())
-        }
+        Some(out) => text + &format!("wrote {}", out.display()),
         None => text.trim_end().to_owned(),
     }
 }
@@ -235,7 +233,7 @@ fn line(estimate: &Estimate) -> String {
         "" => Quantity::of(&estimate.symbol).words,
         reason => reason,
     };
-    format!("  {:<8}{:<38}{because}\n", estimate.symbol, estimate_text(estimate))
+    format!("  {:<8}{:<38} {because}\n", estimate.symbol, estimate_text(estimate))
 }
 
 #[cfg(test)]

@@ -416,7 +416,10 @@ fn groups(plants: &[PlantConstants]) -> Vec<GroupConstants> {
     names.dedup();
     let of_name = |name: &String| {
         let members: Vec<&PlantConstants> = plants.iter().filter(|plant| plant.group == *name).collect();
-        let mean = |symbol: &str| group::mean_of(symbol, &values_of(&members, symbol));
+        let mean = |symbol: &str| {
+            let mean = group::mean_of(symbol, &values_of(&members, symbol));
+            carried_over(mean, &members)
+        };
         let has = |symbol: &str| {
             members.iter().any(|plant| plant.estimates.iter().any(|estimate| estimate.symbol == symbol))
         };
@@ -424,6 +427,22 @@ fn groups(plants: &[PlantConstants]) -> Vec<GroupConstants> {
         GroupConstants { name: name.clone(), plants: members.len(), estimates: symbols.map(mean).collect() }
     };
     names.into_iter().map(of_name).collect()
+}
+
+/// The mean of a group whose members' numbers are mostly provisional is provisional for the same reason.
+fn carried_over(mean: Estimate, members: &[&PlantConstants]) -> Estimate {
+    let of_members = members.iter().flat_map(|plant| &plant.estimates);
+    let used: Vec<&Estimate> =
+        of_members.filter(|estimate| estimate.symbol == mean.symbol && is_used(estimate)).collect();
+    let provisional: Vec<&&Estimate> =
+        used.iter().filter(|estimate| estimate.status == Status::Provisional).collect();
+    match provisional.first() {
+        Some(first) if mean.status == Status::Measured && 2 * provisional.len() > used.len() => {
+            let reason = format!("{} of {} plants: {}", provisional.len(), used.len(), first.reason);
+            Estimate { status: Status::Provisional, reason, ..mean }
+        }
+        _ => mean,
+    }
 }
 
 /// The values of a constant that are identified.

@@ -120,9 +120,36 @@ impl Series {
     }
 }
 
-/// Looks for circumnutation in the angle of a tip, in rad, at times in h. With `lamps_change` the record holds a response.
+/// Lamps that change within a record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LampCycle {
+    /// Twice the mean time between two changes, in h; infinite of one change.
+    pub period_h: f64,
+    /// Whether the response to them is taken off.
+    pub is_explained: bool,
+}
+
+impl LampCycle {
+    /// The cycle of lamps that are lit as `lamps` says at `times_h`; `None` if they never change.
+    #[must_use]
+    pub fn of<L: PartialEq>(times_h: &[f64], lamps: &[L], is_explained: bool) -> Option<Self> {
+        let changes: Vec<f64> = lamps
+            .windows(2)
+            .zip(times_h)
+            .filter(|(pair, _)| pair[0] != pair[1])
+            .map(|(_, time)| *time)
+            .collect();
+        let (first, last) = (changes.first()?, changes.last()?);
+        let intervals = (changes.len() - 1) as f64;
+        let period_h = if intervals > 0.0 { 2.0 * (last - first) / intervals } else { f64::INFINITY };
+        Some(Self { period_h, is_explained })
+    }
+}
+
+/// Looks for circumnutation in the angle of a tip, in rad, at times in h. With `lamps` that change the record holds a response,
+/// whose period is no circumnutation.
 #[must_use]
-pub fn circumnutation(times_h: &[f64], angles: &[f64], lamps_change: bool) -> Circumnutation {
+pub fn circumnutation(times_h: &[f64], angles: &[f64], lamps: Option<LampCycle>) -> Circumnutation {
     let none = |reason: &str, gain: f64| Circumnutation {
         period: Estimate::not_identified("T_cn", reason),
         amplitude: Estimate::not_identified("A_cn", reason),
@@ -184,7 +211,12 @@ pub fn circumnutation(times_h: &[f64], angles: &[f64], lamps_change: bool) -> Ci
         () if cycles < CYCLES[0] => {
             (Status::Provisional, format!("{cycles:.1} cycles only: at least {} are wanted", CYCLES[0]))
         }
-        () if lamps_change => (Status::Provisional, "the lamps change within the record".to_owned()),
+        () if lamps.is_some_and(|lamps| (interval[0]..=interval[1]).contains(&lamps.period_h)) => {
+            (Status::NotIdentified, "the period is that of the lamps: it may be their response".to_owned())
+        }
+        () if lamps.is_some_and(|lamps| !lamps.is_explained) => {
+            (Status::Provisional, "the lamps change within the record".to_owned())
+        }
         () => (Status::Measured, String::new()),
     };
     let period =
@@ -215,17 +247,33 @@ mod tests {
     }
 
     #[test]
+    fn the_cycle_of_lamps_is_from_their_changes() {
+        let times: Vec<f64> = (0..30).map(f64::from).collect();
+        let cycle = |lamps: &[u8]| LampCycle::of(&times, lamps, false).map(|cycle| cycle.period_h);
+        assert_eq!(cycle(&[0; 30]), None);
+        assert_eq!(cycle(&(0..30).map(|hour| hour / 6 % 2).collect::<Vec<_>>()), Some(12.0));
+        assert_eq!(cycle(&(0..30).map(|hour| hour / 20).collect::<Vec<_>>()), Some(f64::INFINITY));
+    }
+
+    #[test]
     fn a_swing_is_found_with_its_period_and_red_noise_is_none() {
         let (times, angles) = series(1.7, 0.1, 1);
-        let found = circumnutation(&times, &angles, false);
+        let found = circumnutation(&times, &angles, None);
         assert_eq!(found.period.status, Status::Measured, "{found:?}");
         assert!((found.period.value / 1.7 - 1.0).abs() < 0.1, "{found:?}");
         assert!((found.period.interval[0]..found.period.interval[1]).contains(&1.7), "{found:?}");
         assert!((found.amplitude.value / 5.7 - 1.0).abs() < 0.5, "{found:?}");
         let (times, angles) = series(1.7, 0.0, 2);
-        assert_eq!(circumnutation(&times, &angles, false).period.status, Status::NotIdentified);
+        assert_eq!(circumnutation(&times, &angles, None).period.status, Status::NotIdentified);
+        // A swing with the period of lamps that change may be the response to them.
+        let (times, angles) = series(1.7, 0.1, 1);
+        let period = |lamps| circumnutation(&times, &angles, Some(lamps)).period.status;
+        let lamps = LampCycle { period_h: 1.75, is_explained: true };
+        assert_eq!(period(lamps), Status::NotIdentified);
+        assert_eq!(period(LampCycle { period_h: 12.0, ..lamps }), Status::Measured);
+        assert_eq!(period(LampCycle { period_h: 12.0, is_explained: false }), Status::Provisional);
         // Three cycles are provisional.
         let (times, angles) = series(4.0, 0.2, 3);
-        assert_eq!(circumnutation(&times, &angles, false).period.status, Status::Provisional);
+        assert_eq!(circumnutation(&times, &angles, None).period.status, Status::Provisional);
     }
 }

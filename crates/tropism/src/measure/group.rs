@@ -7,6 +7,7 @@ use super::estimate::{Estimate, Status};
 use crate::math::statistics::{mean, standard_deviation};
 use crate::math::{exp, ln};
 use crate::random::{self, Purpose};
+use crate::text::plural;
 
 /// Systematic part of the half width of a group's interval, of the logarithm. Measured: the largest bias of a case that is called
 /// measured, rounded up (`cargo run --example measure_accuracy`). The scatter of plants cannot show it.
@@ -33,7 +34,8 @@ pub fn mean_of(symbol: &str, values: &[f64]) -> Estimate {
 pub fn geometric_mean(symbol: &str, values: &[f64]) -> Estimate {
     let logs: Vec<f64> = values.iter().copied().filter(|value| *value > 0.0).map(ln).collect();
     if logs.len() < MIN_PLANTS {
-        let reason = format!("{} plants of the group have it; {MIN_PLANTS} are needed", logs.len());
+        let reason =
+            format!("the group has {} with it; {MIN_PLANTS} are needed", plural(logs.len(), "plant"));
         return Estimate::not_identified(symbol, &reason);
     }
     let half = half_width(&logs) + SYSTEMATIC;
@@ -44,7 +46,8 @@ pub fn geometric_mean(symbol: &str, values: &[f64]) -> Estimate {
 #[must_use]
 pub fn arithmetic_mean(symbol: &str, values: &[f64]) -> Estimate {
     if values.len() < MIN_PLANTS {
-        let reason = format!("{} plants of the group have it; {MIN_PLANTS} are needed", values.len());
+        let reason =
+            format!("the group has {} with it; {MIN_PLANTS} are needed", plural(values.len(), "plant"));
         return Estimate::not_identified(symbol, &reason);
     }
     let (value, half) = (mean(values.iter().copied()), half_width(values));

@@ -27,7 +27,7 @@ mod virtual_plant;
 use serde::{Deserialize, Serialize};
 
 pub use angles::AngleRecord;
-pub use circumnutation::{Circumnutation, circumnutation};
+pub use circumnutation::{Circumnutation, LampCycle, circumnutation};
 pub use estimate::{Estimate, Quantity, Status};
 pub use record::{FrameCounts, Line, RecordError, StemRecord};
 pub use rod::Law;
@@ -37,6 +37,7 @@ use self::fit::{Fit, Hypothesis};
 use self::rod::{LN_BETA, LN_EDGE, LN_GAMMA, LN_RISE, LN_TAU, LN_ZONE, NU};
 use crate::geometry::{Point, STEM_POINTS};
 use crate::math::ln;
+use crate::text::plural;
 
 /// Least tilt from which gravitropic constants are measured, in degrees: the smallest that was tried on simulated plants
 /// (`cargo run --example measure_accuracy`).
@@ -158,8 +159,7 @@ fn swing(record: &StemRecord, response: &[[Point; STEM_POINTS]], is_lit: bool) -
         apart - core::f64::consts::TAU * (apart / core::f64::consts::TAU).round()
     };
     let apart: Vec<f64> = record.tip_angles().iter().zip(&fitted).map(turned).collect();
-    let lamps_change = !is_lit && record.lamps.windows(2).any(|pair| pair[0] != pair[1]);
-    circumnutation(&record.times_h, &apart, lamps_change)
+    circumnutation(&record.times_h, &apart, LampCycle::of(&record.times_h, &record.lamps, is_lit))
 }
 
 /// The ten points of a stem from the coordinates of its free points.
@@ -361,9 +361,8 @@ fn judged_light(estimate: Estimate, responds: bool, changes: usize) -> Estimate 
         return estimate.refused("no response: the plant's own movement explains the record as well");
     }
     if changes < MIN_LAMP_CHANGES {
-        let reason = format!(
-            "not identified from {changes} changes of the lamps; {MIN_LAMP_CHANGES} at irregular times are wanted"
-        );
+        let changes = plural(changes, "change");
+        let reason = format!("{changes} of the lamps; {MIN_LAMP_CHANGES} at irregular times are wanted");
         return estimate.refused(&reason);
     }
     // Plants that turn away from light have a negative nu.
