@@ -121,3 +121,35 @@ fn plants_are_calibrated_by_the_folder() {
         estimates.as_array().unwrap().iter().map(|one| one["track"].as_str().unwrap()).collect();
     assert_eq!(tracks, ["beans/plant-0001.csv", "beans/plant-0002.csv"]);
 }
+
+#[test]
+fn a_folder_of_other_work_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    tropism(here, &["grow", "--plants", "2", "--steps", "60", "--out", "beans"]);
+    tropism(here, &["fit", "beans", "--out", "model.json"]);
+    let evolve = ["evolve", "--model", "model.json", "--runs", "1", "--generations", "2"];
+    tropism(here, &[&evolve[..], &["--out", "evolution"]].concat());
+    tropism(here, &["run", "--rig", "greenhouse", "--controller", "greedy", "--steps", "2", "--out", "run"]);
+    let refused = |words: &[&str]| {
+        let Output { status, stderr, .. } = command(here, words).output().unwrap();
+        assert!(!status.success(), "{words:?}");
+        String::from_utf8(stderr).unwrap()
+    };
+    let said = refused(&["run", "--rig", "greenhouse", "--controller", "greedy", "--out", "evolution"]);
+    assert!(said.contains("evolution: other work is here (evolution.toml): choose a new folder"), "{said}");
+    assert!(!here.join("evolution/run.toml").exists() && !here.join("evolution/photographs").exists());
+    let said = refused(&[&evolve[..], &["--out", "run"]].concat());
+    assert!(said.contains("run: other work is here (run.toml)"), "{said}");
+    // A study takes nothing for its own that it has not made.
+    fs::create_dir(here.join("study")).unwrap();
+    fs::copy(here.join("model.json"), here.join("study/model.json")).unwrap();
+    let said = refused(&["study", "--quick", "--out", "study"]);
+    assert!(said.contains("study: found results of \"model\" here, but no study.toml beside them"), "{said}");
+    // No page takes the place of other files, and no model that of what is known of its track.
+    let said = refused(&["report", "evolution", "--out", "model.json"]);
+    assert!(said.contains("model.json: a file is here already that is no page"), "{said}");
+    fs::write(here.join("beans/plant-0001.json"), "{}").unwrap();
+    let said = refused(&["fit", "beans/plant-0001.csv", "--out", "beans/plant-0001.json", "--force"]);
+    assert!(said.contains("this is the input beans/plant-0001.json"), "{said}");
+}

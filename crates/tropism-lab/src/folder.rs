@@ -49,6 +49,14 @@ pub enum FolderError {
         /// The folder.
         path: PathBuf,
     },
+    /// It holds work of another kind.
+    #[error("{}: other work is here ({record}): choose a new folder", path.display())]
+    OtherWork {
+        /// The folder.
+        path: PathBuf,
+        /// The record of the work.
+        record: &'static str,
+    },
     /// It holds a run of another configuration.
     #[error(
         "{path}: found a run that was started with other settings ({found:?}), wanted {wanted:?}; use another folder"
@@ -77,6 +85,33 @@ pub enum FolderError {
     Lock(#[from] LockError),
 }
 
+/// The records of work of all kinds.
+pub(crate) const RECORDS: [&str; 11] = [
+    "run.toml",
+    "study.toml",
+    "sweep.toml",
+    "evolution.toml",
+    "transfer.toml",
+    "replicates.toml",
+    "walls.toml",
+    "forecast.toml",
+    "calibrate.toml",
+    "baseline.toml",
+    "grow.toml",
+];
+
+/// Checks that a folder without the record `own` has none of another kind of work: the two would hide each other.
+///
+/// # Errors
+/// [`FolderError::OtherWork`].
+pub(crate) fn check_no_other_work(folder: &Path, own: &str) -> Result<(), FolderError> {
+    let is_here = |record: &&str| folder.join(record).exists();
+    match RECORDS.iter().find(|record| is_here(record)) {
+        Some(record) if !is_here(&own) => Err(FolderError::OtherWork { path: folder.to_owned(), record }),
+        _ => Ok(()),
+    }
+}
+
 impl FolderError {
     /// Whether the folder belongs to another run or another program: nothing is wrong with it, and it was left as it is.
     #[must_use]
@@ -84,6 +119,7 @@ impl FolderError {
         matches!(
             self,
             Self::Taken { .. }
+                | Self::OtherWork { .. }
                 | Self::OtherRun { .. }
                 | Self::LostSteps { .. }
                 | Self::Lock(LockError::InUse { .. })
@@ -104,6 +140,7 @@ impl RunFolder {
         is_resumed: bool,
     ) -> Result<Self, FolderError> {
         let config_path = path.join("run.toml");
+        check_no_other_work(path, "run.toml")?;
         files::make_folder(&path.join("photographs"))?;
         let lock = lock(path)?;
         let journal_path = path.join("journal.sqlite");

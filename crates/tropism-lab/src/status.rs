@@ -380,3 +380,22 @@ fn latest_events(events: &[Event]) -> Vec<LatestEvent> {
     latest.reverse();
     latest
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::folder::RECORDS;
+
+    #[test]
+    fn each_work_has_a_record_of_its_own_that_others_know() {
+        let folder = tempfile::tempdir().unwrap();
+        for record in RECORDS {
+            let path = folder.path().join(record);
+            std::fs::write(&path, "").unwrap();
+            let works = WORKS.iter().filter(|status| status(folder.path()).is_some()).count();
+            assert_eq!(works, usize::from(record != "run.toml"), "{record}");
+            std::fs::remove_file(&path).unwrap();
+        }
+        assert_eq!(RECORDS.len(), WORKS.len() + 1);
+    }
+}

@@ -78,6 +78,12 @@ impl Workflow for ReportPlan {
         if self.sources.is_empty() {
             return Err(Error::Plan("`sources` is empty: name a folder or a track".to_owned()));
         }
+        if self.out.is_file() && self.out.extension().is_none_or(|extension| extension != "html") {
+            let out = self.out.display();
+            return Err(Error::Plan(format!(
+                "{out}: a file is here already that is no page: choose a name with .html"
+            )));
+        }
         // Their names are those of the figures that a report has: no photograph or track has such a name.
         let figures = self.figures.iter().flat_map(|folder| files::files_below(folder));
         let outputs: Vec<PathBuf> =
@@ -200,6 +206,13 @@ impl Sources {
             self.is_virtual = true;
         } else if path.join("sweep.toml").exists() {
             self.is_virtual |= SweepPlan::is_virtual(path)?;
+        } else if !path.exists() {
+            return Err(Error::Plan(format!("{}: there is no such folder or file", path.display())));
+        } else if !files::list(path, "csv")?.is_empty() {
+            return Err(Error::Plan(format!(
+                "{0}: this is a folder of tracks: name the tracks ({0}/*.csv)",
+                path.display()
+            )));
         } else {
             return Err(Error::Plan(format!(
                 "{}: this is not the folder of a finished run, evolution, study, sweep or comparison (run.toml, history.csv, \

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::{Record, Units, Work};
+use super::{Place, Record, Units, Work};
 use crate::difference::differences;
+use crate::folder::check_no_other_work;
 use crate::lock::{FolderLock, LockError, lock, lock_shared};
 use crate::{Error, files};
 
@@ -70,9 +71,30 @@ fn check_free<W: Work>(folder: &Path) -> Result<(), Error> {
     }
 }
 
+/// Checks that a folder without the record of a work has nothing that the work would take for its own.
+fn check_not_begun<W: Work>(folder: &Path, begun: &W::Begun<'_>) -> Result<(), Error> {
+    check_no_other_work(folder, W::RECORD)?;
+    for (number, stage) in begun.stages().iter().enumerate() {
+        for (place, unit) in stage.units.iter().enumerate() {
+            if begun.is_done(Place { stage: number, unit: place })? {
+                return Err(Error::Plan(format!(
+                    "{}: found results of {:?} here, but no {} beside them: choose a new folder (`out`)",
+                    folder.display(),
+                    unit.name,
+                    W::RECORD
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
 fn check<W: Work>(work: &W, begun: &W::Begun<'_>, record: &Record, is_resumed: bool) -> Result<(), Error> {
     check_free::<W>(work.out())?;
     let path = work.out().join(W::RECORD);
+    if work.out().is_dir() && !path.exists() {
+        check_not_begun::<W>(work.out(), begun)?;
+    }
     let is_extended =
         is_resumed && path.exists() && files::read_text(&path).is_ok_and(|known| begun.extends(&known));
     if is_extended { Ok(()) } else { check_same(&path, &record.text, is_resumed, W::NAME) }
