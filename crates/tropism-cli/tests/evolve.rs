@@ -222,7 +222,7 @@ fn a_champion_carries_its_task_wherever_it_goes() {
     assert!(scored.ends_with(&format!("scored by {named}\n")), "{scored}");
     // Elsewhere nothing says of the task, and that is said.
     let (scored, _) = run(&["score", "track.csv"]);
-    assert!(scored.contains("(-1, 13.5), the paper's: the track says of no task"), "{scored}");
+    assert!(scored.contains("(-1, 13.5), the paper's: no task of this track is known"), "{scored}");
 
     let other = ["--task", "one.toml"];
     for words in [

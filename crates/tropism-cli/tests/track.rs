@@ -311,6 +311,7 @@ fn a_clicked_tip_is_followed_and_a_click_elsewhere_is_refused() {
         ("--tip 13,85,50", "\"13\", which is not in the series"),
         ("--tip a.jpg,85,50", "which is not in the series"),
         ("--tip 1,85,500", "outside of the photograph"),
+        ("--tip 1,85,50 --tip 1,85,52", "found two clicks on the same point, at 85,50 and 85,52"),
         ("--tip 85,50", "wanted a photograph's name or number and a pixel"),
         ("--roi 5,5,60,75 --roi 70,5,50,75 --base 85,79 --tip 1,67,50", "none or several of the plants"),
     ] {

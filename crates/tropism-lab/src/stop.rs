@@ -55,6 +55,9 @@ impl Workflow for StopPlan {
             return Ok(());
         }
         let folder = self.folder.display();
+        if !self.folder.exists() {
+            return Err(Error::Plan(format!("{folder}: there is no such folder")));
+        }
         Err(Error::Plan(format!("{folder}: this is no run folder: it has no run.toml and no evolution.toml")))
     }
 

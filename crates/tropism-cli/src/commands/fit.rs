@@ -89,7 +89,7 @@ impl Fit {
             ..TipModelConfig::default()
         };
         let next = match (self.model.knows_stem(), self.model.is_in_space()) {
-            (_, true) => "tune --task space.toml --out rule.json",
+            (_, true) => "tune --task tasks/space.toml --out rule.json",
             (true, false) => "tune --out rule.json",
             (false, false) => "evolve --out evolution",
         };

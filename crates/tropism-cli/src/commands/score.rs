@@ -67,9 +67,12 @@ fn text(scores: &[TrackScore]) -> String {
     let source = match scores[0].task_from {
         TaskSource::Plan => "",
         TaskSource::Run => ", the task of the run",
-        TaskSource::Paper => ", the paper's: the track says of no task, --task names another",
+        TaskSource::Paper => ", the paper's: no task of this track is known, --task names one",
     };
     let task = &scores[0].task;
-    let mean = task.fitness_in_words(mean);
+    // Each plant has the way from where its track begins.
+    let best: Option<f64> = scores.iter().map(|score| score.best).sum();
+    let most = best.map_or_else(String::new, |best| format!(" of at most {:.2}", best / scores.len() as f64));
+    let mean = format!("{mean:.2} {}{most}", task.kind.unit());
     text + &format!("mean of {}: {mean}\nscored by {}{source}", scores.len(), task.title())
 }

@@ -40,6 +40,23 @@ pub(super) struct ClickedPlant {
     last: Option<Observation>,
 }
 
+/// Checks that no photograph has two clicks on one point.
+fn check_once(clicks: &[Click], series: &Series) -> Result<(), Error> {
+    for (number, click) in clicks.iter().enumerate() {
+        if let Some(other) = clicks[..number].iter().find(|other| other.frame == click.frame) {
+            return Err(Error::Plan(format!(
+                "{}: found two clicks on the same point, at {},{} and {},{}: give one of them",
+                series.frames[click.frame].path.display(),
+                other.at.x,
+                other.at.y,
+                click.at.x,
+                click.at.y
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// Follows the clicked points of all plants; `None` for a plant without a click on its tip.
 pub(super) fn follow(
     plans: &[PlantPlan],
@@ -52,7 +69,9 @@ pub(super) fn follow(
         let size = (plant.calibration.width, plant.calibration.height);
         for clicks in [&plan.clicks.tip, &plan.clicks.node, &plan.clicks.root] {
             let clicks = clicks.iter().map(|click| click.resolve(&series.frames, size));
-            points.push(clicks.collect::<Result<Vec<Click>, Error>>()?);
+            let clicks = clicks.collect::<Result<Vec<Click>, Error>>()?;
+            check_once(&clicks, series)?;
+            points.push(clicks);
         }
         let height = |click: &PlantClick| click.at().distance(plant.calibration.base);
         let tallest = plan.clicks.tip.iter().map(height).fold(0.0, f64::max);

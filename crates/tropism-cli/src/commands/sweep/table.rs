@@ -21,7 +21,7 @@ pub(super) fn sweep(results: &SweepResults, out: &Path) -> String {
     // Replicates know distances at targets, evolutions their generations.
     let has_methods = results.rows.iter().any(|row| !row.case.is_empty());
     let mut text = format!(
-        "{kind}fitness in cm, round a pole in turns; {}\n{:<longest$}  values   mean     sd  quartile  median  quartile  {}  s a seed\n",
+        "{kind}fitness in cm (of tasks with a pole in turns); {}\n{:<longest$}  values   mean     sd  quartile  median  quartile  {}  s a seed\n",
         plural(results.seeds.len(), "seed"),
         "setting",
         if has_methods { "distances  whole task" } else { "in model  saturates  evaluations" },
