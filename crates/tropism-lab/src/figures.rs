@@ -47,7 +47,7 @@ impl Figures {
             }
             None => self.leave_out(
                 "1",
-                "a track does not say where lamps and camera stand; the folder of a run does",
+                "only the folder of a run says where lamps and camera stand",
             ),
         }
     }

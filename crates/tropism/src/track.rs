@@ -454,7 +454,8 @@ impl Track {
         let header = table.headers()?.clone();
         let find = |name: &str| header.iter().position(|column| column == name);
         let need = |name: &'static str| {
-            let found = header.iter().collect::<Vec<_>>().join(",").chars().take(200).collect();
+            let found: String = header.iter().collect::<Vec<_>>().join(",").chars().take(200).collect();
+            let found = if found.starts_with('{') { "of no table: this is JSON".to_owned() } else { found };
             find(name).ok_or(TrackError::Header { found, wanted: name })
         };
         let (x, y, lit) = (need("tip_x_cm")?, need("tip_y_cm")?, need("light")?);

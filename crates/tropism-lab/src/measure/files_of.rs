@@ -55,7 +55,8 @@ impl MeasurePlan {
 pub(super) fn name_of(path: &Path) -> String {
     let stem = |path: &Path| path.file_stem().map_or_else(String::new, files::name_text);
     let name = stem(path);
-    if name == "track" { path.parent().map_or(name, stem) } else { name }
+    let folder = path.parent().map(stem).filter(|folder| name == "track" && !folder.is_empty());
+    folder.unwrap_or(name)
 }
 
 /// One row a constant of a plant, and of a group.

@@ -219,13 +219,10 @@ pub(crate) fn status(out: &Path) -> Result<Option<WorkStatus>, Error> {
         if !out.is_file() {
             return Ok(None);
         }
-        return match ControllerSpec::read(out)? {
-            ControllerSpec::Rule { .. } => Ok(Some(of(Vec::new()))),
-            other => {
-                let found = other.description();
-                let problem = format!(
-                    "found the controller {found:?}, wanted a rule of `tune`, or the folder of other work"
-                );
+        return match ControllerSpec::read(out) {
+            Ok(ControllerSpec::Rule { .. }) => Ok(Some(of(Vec::new()))),
+            _ => {
+                let problem = "this is no rule of `tune`: name one, or the folder of other work".to_owned();
                 Err(FileError::content(out, problem).into())
             }
         };
