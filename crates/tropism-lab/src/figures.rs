@@ -45,10 +45,7 @@ impl Figures {
                 };
                 self.drawn.extend(report::setup(&setup, run.plants()));
             }
-            None => self.leave_out(
-                "1",
-                "only the folder of a run says where lamps and camera stand",
-            ),
+            None => self.leave_out("1", "only the folder of a run says where lamps and camera stand"),
         }
     }
 

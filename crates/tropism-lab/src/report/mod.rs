@@ -78,19 +78,20 @@ impl Workflow for ReportPlan {
         if self.sources.is_empty() {
             return Err(Error::Plan("`sources` is empty: name a folder or a track".to_owned()));
         }
-        if self.out.is_file() && self.out.extension().is_none_or(|extension| extension != "html") {
-            let out = self.out.display();
-            return Err(Error::Plan(format!(
-                "{out}: a file is here already that is no page: choose a name with .html"
-            )));
-        }
         // Their names are those of the figures that a report has: no photograph or track has such a name.
         let figures = self.figures.iter().flat_map(|folder| files::files_below(folder));
         let outputs: Vec<PathBuf> =
             [self.out.clone()].into_iter().chain(figures.filter(|file| is_figure(file))).collect();
         files::check_outputs_with(&outputs, || {
             self.sources.iter().flat_map(|source| inputs(source)).collect()
-        })
+        })?;
+        if self.out.is_file() && self.out.extension().is_none_or(|extension| extension != "html") {
+            let out = self.out.display();
+            return Err(Error::Plan(format!(
+                "{out}: a file is here already that is no page: choose a name with .html"
+            )));
+        }
+        Ok(())
     }
 
     fn perform(&self, _monitor: &dyn Monitor) -> Result<ReportResults, Error> {

@@ -407,11 +407,7 @@ impl StudyResults {
                 format!("{:+.2} ({:+.2} to {:+.2})", over.mean, over.interval[0], over.interval[1]),
                 "Plant by plant on the many plants.",
             ),
-            row(
-                "Plants that pass all targets within 1 cm",
-                self.shares_that_arrive(),
-                "On the many plants.",
-            ),
+            row("Plants that pass all targets within 1 cm", self.shares_that_arrive(), "On the many plants."),
             beside(
                 row(
                     "Kept in reality of the best evaluation",
