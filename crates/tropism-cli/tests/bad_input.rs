@@ -145,11 +145,7 @@ fn options_that_would_do_nothing() {
     for command in ["baseline", "tune", "evolve"] {
         fails(&folder, &[&[command], &nowhere[..]].concat(), &["--task: it has no targets"]);
     }
-    fails(
-        &folder,
-        &["status", "model.json"],
-        &["model.json: found a model of a plant, wanted an evolved network or a tuned rule"],
-    );
+    fails(&folder, &["status", "model.json"], &["model.json: this is no rule of `tune`"]);
     assert!(
         ["rule.json", "f.json", "e", "study", "n.json"].iter().all(|name| !folder.path().join(name).exists())
     );
