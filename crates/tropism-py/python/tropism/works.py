@@ -81,9 +81,9 @@ def on_ray(
     Examples
     --------
     >>> import tropism
-    >>> tropism.on_ray(tropism.plans.GrowPlan())  # doctest: +IGNORE_EXCEPTION_DETAIL
+    >>> tropism.on_ray(tropism.plans.TunePlan())  # doctest: +IGNORE_EXCEPTION_DETAIL
     Traceback (most recent call last):
-    tropism.errors.PlanError: found "grow", wanted a long work: one of baseline, calibrate, evolve, forecast
+    tropism.errors.PlanError: found "tune", wanted a long work: one of baseline, calibrate, evolve, forecast
     """
     # Says what is no long work before Ray is looked for.
     _core.has_begun(plan.workflow, plan.to_json())
