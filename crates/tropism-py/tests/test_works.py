@@ -39,7 +39,7 @@ def test_units_alone_come_to_the_same_as_the_whole(tmp_path: Path) -> None:
     with pytest.raises(tropism.PlanError, match="found unit = 5, wanted 1 to 4"):
         tropism.execute_unit(plan, 5)
     with pytest.raises(tropism.PlanError, match="wanted a long work"):
-        tropism.units(tropism.plans.GrowPlan())
+        tropism.units(tropism.plans.TunePlan())
 
 
 @pytest.fixture
