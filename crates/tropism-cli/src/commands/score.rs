@@ -72,7 +72,6 @@ fn text(scores: &[TrackScore]) -> String {
     let task = &scores[0].task;
     // Each plant has the way from where its track begins.
     let best: Option<f64> = scores.iter().map(|score| score.best).sum();
-    let most = best.map_or_else(String::new, |best| format!(" of at most {:.2}", best / scores.len() as f64));
-    let mean = format!("{mean:.2} {}{most}", task.kind.unit());
+    let mean = task.fitness_of_most(mean, best.map(|best| best / scores.len() as f64));
     text + &format!("mean of {}: {mean}\nscored by {}{source}", scores.len(), task.title())
 }

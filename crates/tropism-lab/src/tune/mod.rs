@@ -22,7 +22,6 @@ use tropism_bean::Species;
 use tropism_bean::tent::Greenhouse;
 
 use self::saved::SavedSearch;
-use crate::controller::ControllerSpec;
 use crate::files::FileError;
 use crate::model::Model;
 use crate::reach::note_out_of_reach;
@@ -219,13 +218,12 @@ pub(crate) fn status(out: &Path) -> Result<Option<WorkStatus>, Error> {
         if !out.is_file() {
             return Ok(None);
         }
-        return match ControllerSpec::read(out) {
-            Ok(ControllerSpec::Rule { .. }) => Ok(Some(of(Vec::new()))),
-            _ => {
-                let problem = "this is no rule of `tune`: name one, or the folder of other work".to_owned();
-                Err(FileError::content(out, problem).into())
-            }
-        };
+        if !TunedRule::is_named_in(&files::read_text(out)?) {
+            let problem = "this is no rule of `tune`: name one, or the folder of other work".to_owned();
+            return Err(FileError::content(out, problem).into());
+        }
+        files::read_as(out, TunedRule::from_json)?;
+        return Ok(Some(of(Vec::new())));
     }
     let (done, plan, best) = saved::read_progress(out)?;
     let part = PartStatus::new("search", done as u64, plan.search.generations.into(), "generations");

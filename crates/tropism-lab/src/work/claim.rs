@@ -52,8 +52,9 @@ fn is_recorded(path: &Path, record: &Record) -> Result<bool, Error> {
     Ok(path.exists() && files::read_text(path)? == record.text)
 }
 
-/// Checks that a folder is one, and that results in it are of a work that has its record there: others are never replaced.
-fn check_free<W: Work>(folder: &Path) -> Result<(), Error> {
+/// Checks that a folder is one, and that without the record of the work it has no other work and nothing that this one would
+/// replace or take for its own.
+fn check_free<W: Work>(folder: &Path, begun: &W::Begun<'_>) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
         return Err(Error::Plan(format!(
             "{}: found a file, wanted a folder for {}: choose a new one (`out`)",
@@ -61,18 +62,16 @@ fn check_free<W: Work>(folder: &Path) -> Result<(), Error> {
             W::NAME
         )));
     }
-    match W::RESULTS.iter().map(|name| folder.join(name)).find(|path| path.exists()) {
-        Some(path) if !folder.join(W::RECORD).exists() => Err(Error::Plan(format!(
+    if !folder.exists() || folder.join(W::RECORD).exists() {
+        return Ok(());
+    }
+    if let Some(path) = W::RESULTS.iter().map(|name| folder.join(name)).find(|path| path.exists()) {
+        return Err(Error::Plan(format!(
             "{}: a file is here already, but no {} beside it: choose a new folder (`out`)",
             path.display(),
             W::RECORD
-        ))),
-        _ => Ok(()),
+        )));
     }
-}
-
-/// Checks that a folder without the record of a work has nothing that the work would take for its own.
-fn check_not_begun<W: Work>(folder: &Path, begun: &W::Begun<'_>) -> Result<(), Error> {
     check_no_other_work(folder, W::RECORD)?;
     for (number, stage) in begun.stages().iter().enumerate() {
         for (place, unit) in stage.units.iter().enumerate() {
@@ -90,11 +89,8 @@ fn check_not_begun<W: Work>(folder: &Path, begun: &W::Begun<'_>) -> Result<(), E
 }
 
 fn check<W: Work>(work: &W, begun: &W::Begun<'_>, record: &Record, is_resumed: bool) -> Result<(), Error> {
-    check_free::<W>(work.out())?;
+    check_free::<W>(work.out(), begun)?;
     let path = work.out().join(W::RECORD);
-    if work.out().is_dir() && !path.exists() {
-        check_not_begun::<W>(work.out(), begun)?;
-    }
     let is_extended =
         is_resumed && path.exists() && files::read_text(&path).is_ok_and(|known| begun.extends(&known));
     if is_extended { Ok(()) } else { check_same(&path, &record.text, is_resumed, W::NAME) }

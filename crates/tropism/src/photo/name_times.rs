@@ -37,7 +37,8 @@ pub fn times_in_names(paths: &[String]) -> NameTimes {
     let names: Vec<Name<'_>> = paths.iter().map(|path| Name::new(path)).collect();
     let alike = alike(&names);
     let counted = |warning: Option<String>| {
-        let unlike = (0..names.len()).find(|index| !alike.contains(index)).map(|index| {
+        let first_unlike = (0..names.len()).find(|&index| alike.get(index) != Some(&index));
+        let unlike = first_unlike.map(|index| {
             format!(
                 "{:?} has no name like the others, and is counted as one of them: leave it out if it is none of the series",
                 paths[index]
@@ -68,7 +69,7 @@ pub fn times_in_names(paths: &[String]) -> NameTimes {
     let counter = rise_of_counter(&names, &alike);
     // So few digits are a counter, if they rise as evenly as the clock would.
     let is_whole_clock = matches!(chosen.form, Form::Calendar { clock: Clock::Seconds, .. })
-        && chosen.used.is_some_and(|(first, last)| last == first + 2);
+        && chosen.used().is_some_and(|(first, last)| last == first + 2);
     let is_counter = rank >= if counter.is_some_and(|(rise, _)| rise == 1) { 3 } else { 5 }
         && !is_whole_clock
         && counter.is_some_and(|(_, even)| even >= chosen.even);
@@ -111,7 +112,7 @@ pub fn times_in_names(paths: &[String]) -> NameTimes {
             rival.form.words()
         ));
     }
-    chosen.check_clock(&names, &mut found);
+    chosen.check_clock(&names, &alike, &mut found);
     found
 }
 
@@ -545,8 +546,8 @@ fn may_separate(word: &str) -> bool {
 struct Reading {
     form: Form,
     times: Vec<Option<f64>>,
-    /// The first and the last number that is read; `None` where they are found anew in each name.
-    used: Option<(usize, usize)>,
+    /// Whether the same numbers are read in each name; else they are found anew in each.
+    is_fixed: bool,
     /// The first and the last number that is read in any name.
     span: (usize, usize),
     /// Share of the intervals that are the median one.
@@ -586,23 +587,20 @@ fn readings_of(names: &[Name<'_>], alike: &[usize]) -> Vec<Reading> {
             if let (Form::Calendar { skip: 1.., .. }, Some(first)) = (form, first) {
                 // What is skipped must say nothing: some number between date and time that never changes, or counts.
                 let last = moments.iter().flatten().map(|moment| moment.last).max().unwrap_or(first);
-                let counts = |at: usize| {
-                    usual_rise(names, alike, at).is_some_and(|(rise, even)| rise == 1 && even > 0.8)
-                };
+                let counts =
+                    |at: usize| counts_up(names, alike, at).is_some_and(|share| share > LEAST_COUNTED);
                 if !(first.min(most)..last.min(most)).any(|at| constant[at] || counts(at)) {
                     continue;
                 }
             }
             let times = with_offsets(&moments);
             let is_counter = |reading: &Reading| {
-                let Some(last) = reading.possible_counter(names, alike) else { return false };
-                let counts = |least: f64| {
-                    usual_rise(names, alike, last).is_some_and(|(rise, even)| rise == 1 && even >= least)
-                };
+                let last = reading.possible_counter(names, alike);
+                let Some(share) = last.and_then(|last| counts_up(names, alike, last)) else { return false };
                 // A clock never shows what is no time.
                 let is_ruled_out =
-                    counts(LEAST_COUNTED) && alike.iter().any(|&index| reading.times[index].is_none());
-                is_ruled_out || reading.form.rank() >= 5 && counts(reading.even)
+                    share >= LEAST_COUNTED && alike.iter().any(|&index| reading.times[index].is_none());
+                is_ruled_out || reading.form.rank() >= 5 && share >= reading.even
             };
             if let Some(reading) = Reading::new(form, first, times, &moments)
                 && !is_counter(&reading)
@@ -630,20 +628,20 @@ fn drop_weaker(readings: &mut Vec<Reading>, names: &[Name<'_>], alike: &[usize])
     // A counter between date and time, as in `2024-10-12/DSC_0042_090000.jpg`, is no time.
     let is_counter = |reading: &Reading, others: &[Reading]| {
         let Form::Calendar { date, skip: 0, .. } = reading.form else { return false };
-        let Some((first, last)) = reading.used.filter(|(first, last)| first < last) else { return false };
+        let Some((first, last)) = reading.used().filter(|(first, last)| first < last) else { return false };
         let goes_on = |other: &Reading| {
             matches!(other.form, Form::Calendar { date: also, skip: 1.., .. } if also == date)
-                && other.used.is_some_and(|used| used.0 == first && used.1 > last)
+                && other.used().is_some_and(|used| used.0 == first && used.1 > last)
         };
         reading.possible_counter(names, alike).is_some()
-            && usual_rise(names, alike, last).is_some_and(|(rise, even)| rise == 1 && even >= reading.even)
+            && counts_up(names, alike, last).is_some_and(|share| share >= reading.even)
             && others.iter().any(goes_on)
     };
     // A part of the digits that another one reads, which is about as even and no less usual.
     let is_part = |reading: &Reading, others: &[Reading]| {
-        let Some((first, last)) = reading.used else { return false };
+        let Some((first, last)) = reading.used() else { return false };
         others.iter().any(|other| {
-            other.used.is_some_and(|used| used.0 <= first && last <= used.1 && used != (first, last))
+            other.used().is_some_and(|used| used.0 <= first && last <= used.1 && used != (first, last))
                 && other.form.rank() <= reading.form.rank()
                 && other.form.resolution_s() <= reading.form.resolution_s()
                 && other.even >= reading.even - PART_MARGIN
@@ -706,8 +704,12 @@ impl Reading {
         let spread = spread as u64;
         let start = moments.iter().flatten().map(|moment| moment.first).min()?;
         let last = moments.iter().flatten().map(|moment| moment.last).max()?;
-        let used = first.map(|first| (first, last));
-        Some(Self { form, times, used, span: (start, last), even, spread })
+        Some(Self { form, times, is_fixed: first.is_some(), span: (start, last), even, spread })
+    }
+
+    /// The first and the last number that is read; `None` where they are found anew in each name.
+    fn used(&self) -> Option<(usize, usize)> {
+        self.is_fixed.then_some(self.span)
     }
 
     /// The place of the last number that is read, if it may be a counter: it holds the whole clock, and no date before it. Fields
@@ -724,19 +726,17 @@ impl Reading {
     /// The first number of a counter that this reading may be: its last number rises by one as evenly as its times do.
     fn first_of_counter(&self, names: &[Name<'_>], alike: &[usize]) -> Option<u64> {
         let last = self.possible_counter(names, alike)?;
-        let (rise, even) = usual_rise(names, alike, last)?;
-        let is_counter = rise == 1 && even >= self.even.max(LEAST_COUNTED);
+        let is_counter = counts_up(names, alike, last)? >= self.even.max(LEAST_COUNTED);
         is_counter
             .then(|| alike.iter().filter_map(|&index| names[index].groups[last].1.parse().ok()).min())?
     }
 
     /// Looks for what a clock does: an hour back or on, a new date, an old one.
-    fn check_clock(&self, names: &[Name<'_>], found: &mut NameTimes) {
+    fn check_clock(&self, names: &[Name<'_>], alike: &[usize], found: &mut NameTimes) {
         let known = known_times(&found.times);
         let Some(usual) = median_interval(&known) else { return };
-        let numbers = self.used.and_then(|used| {
-            counter_beside(names, used, matches!(self.form, Form::Calendar { skip: 1.., .. }))
-        });
+        let has_skipped = matches!(self.form, Form::Calendar { skip: 1.., .. });
+        let numbers = self.used().and_then(|used| counter_beside(names, alike, used, has_skipped));
         if let Some(numbers) = numbers {
             in_order_of_numbers(&numbers, usual, self.form.resolution_s(), found);
         }
@@ -881,13 +881,22 @@ fn usual_rise(names: &[Name<'_>], alike: &[usize], at: usize) -> Option<(u64, f6
     Some((rise, count as f64 / (numbers.len() - 1) as f64))
 }
 
+/// In what share of the names that are `alike` the number at this place is one more than in the name before, if that is its usual
+/// rise.
+fn counts_up(names: &[Name<'_>], alike: &[usize], at: usize) -> Option<f64> {
+    usual_rise(names, alike, at).and_then(|(rise, share)| (rise == 1).then_some(share))
+}
+
 /// The numbers of a counter that stands beside the time, of which each occurs once.
-fn counter_beside(names: &[Name<'_>], used: (usize, usize), has_skipped: bool) -> Option<Vec<u64>> {
+fn counter_beside(
+    names: &[Name<'_>],
+    alike: &[usize],
+    used: (usize, usize),
+    has_skipped: bool,
+) -> Option<Vec<u64>> {
     let least = names.iter().map(|name| name.groups.len()).min()?;
-    let alike = alike(names);
-    let is_skipped = |at: usize| {
-        has_skipped && usual_rise(names, &alike, at).is_some_and(|(rise, even)| rise == 1 && even > 0.8)
-    };
+    let is_skipped =
+        |at: usize| has_skipped && counts_up(names, alike, at).is_some_and(|share| share > LEAST_COUNTED);
     let candidates = (0..least).rev().filter(|at| !(used.0..=used.1).contains(at) || is_skipped(*at));
     candidates.into_iter().find_map(|at| {
         let numbers: Vec<u64> =

@@ -316,7 +316,13 @@ impl Task {
     /// A fitness with its unit, and the best there can be where it is known: `9.50 cm of at most 11.14`.
     #[must_use]
     pub fn fitness_in_words(&self, fitness: f64) -> String {
-        let most = self.best_fitness().map_or_else(String::new, |best| format!(" of at most {best:.2}"));
+        self.fitness_of_most(fitness, self.best_fitness())
+    }
+
+    /// A fitness of at most `best` as text, such as `8.71 cm of at most 14.60`.
+    #[must_use]
+    pub fn fitness_of_most(&self, fitness: f64, best: Option<f64>) -> String {
+        let most = best.map_or_else(String::new, |best| format!(" of at most {best:.2}"));
         format!("{fitness:.2} {}{most}", self.kind.unit())
     }
 }

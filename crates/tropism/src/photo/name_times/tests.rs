@@ -168,7 +168,7 @@ fn counters_are_no_clock() {
 }
 
 /// How names are read: whether they tell times, and how many warnings there are.
-fn told(names: Vec<String>) -> (bool, usize) {
+fn outcome(names: Vec<String>) -> (bool, usize) {
     let mut names = names;
     names.sort_by_cached_key(|name| super::super::natural_order(name));
     let found = times_in_names(&names);
@@ -189,14 +189,17 @@ fn counters_beside_a_date_are_counted() {
     ];
     for (place, form) in forms.into_iter().enumerate() {
         for count in [24, 70] {
-            assert_eq!(told((0..count).map(form).collect()), (false, 0), "{place}, {count}");
+            assert_eq!(outcome((0..count).map(form).collect()), (false, 0), "{place}, {count}");
         }
     }
     // A number from 900 on may be a clock.
-    assert_eq!(told((0..40).map(|index| format!("2024-05-01/{:04}.jpg", 900 + index)).collect()), (false, 1));
+    assert_eq!(
+        outcome((0..40).map(|index| format!("2024-05-01/{:04}.jpg", 900 + index)).collect()),
+        (false, 1)
+    );
     // Beyond the hour it is one.
     let of_clock = |index: usize| format!("2024-05-01/{:02}{:02}.jpg", 9 + index / 60, index % 60);
-    assert_eq!(told((0..90).map(of_clock).collect()), (true, 0));
+    assert_eq!(outcome((0..90).map(of_clock).collect()), (true, 0));
 }
 
 #[test]
@@ -204,7 +207,7 @@ fn an_odd_file_makes_no_clock_of_a_counter() {
     for odd in ["IMG_0016 (1).jpg", "checkerboard.jpg", "IMG_0016a.jpg"] {
         let mut names: Vec<String> = (0..40).map(|index| format!("IMG_{index:04}.jpg")).collect();
         names.push(odd.to_owned());
-        assert_eq!(told(names), (false, 1), "{odd}");
+        assert_eq!(outcome(names), (false, 1), "{odd}");
     }
 }
 
@@ -213,7 +216,7 @@ fn numbers_that_begin_anew_are_no_clock() {
     for after in [14, 25, 60] {
         let names =
             |index: usize| format!("IMG_{:04}.jpg", if index < 15 { 9985 + index } else { index - 14 });
-        assert!(!told((0..15 + after).map(names).collect()).0, "{after}");
+        assert!(!outcome((0..15 + after).map(names).collect()).0, "{after}");
     }
 }
 
