@@ -62,6 +62,11 @@ fn a_run_becomes_a_film_and_a_picture() {
     json(folder.path(), &[&small[..], &["again.gif", "--threads", "1"]].concat());
     let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
     assert!(bytes("run.gif") == bytes("again.gif") && bytes("run.jpg") == bytes("again.jpg"));
+    fails(
+        &tropism(folder.path(), &[&small[..], &["run.mp4"]].concat()),
+        "run.jpg: a file is here already: choose a new name, or replace it by --force",
+    );
+    json(folder.path(), &[&small[..], &["again.gif", "--force"]].concat());
     // What is drawn shows, and so does that the plant is virtual where nothing else is drawn.
     json(folder.path(), &[&small[..], &["plain.gif", "--plain"]].concat());
     assert_ne!(bytes("run.gif"), bytes("plain.gif"));

@@ -80,6 +80,7 @@ fn names_of_photographs_that_lead_elsewhere_are_refused() {
         every: None,
         crop: None,
         plain: false,
+        replace: false,
     };
     assert!(film.execute(&Silent).unwrap_err().to_string().contains("wanted the plain name of a file"));
 }

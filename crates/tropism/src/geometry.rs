@@ -194,6 +194,14 @@ impl Region {
             && self.x <= width - self.width
             && self.y <= height - self.height
     }
+
+    /// Whether a pixel lies in the region, or on its edge.
+    #[must_use]
+    pub fn contains(&self, pixel: Pixel) -> bool {
+        let is_within =
+            |at: f64, first: usize, count: usize| (first as f64..=(first + count) as f64).contains(&at);
+        is_within(pixel.x, self.x, self.width) && is_within(pixel.y, self.y, self.height)
+    }
 }
 
 /// A line of straight segments from vertex to vertex, in cm, from the base up.

@@ -50,6 +50,10 @@ pub(crate) struct Timelapse {
     /// Draw nothing into the photographs but that a virtual plant is virtual
     #[arg(long)]
     plain: bool,
+
+    /// Replace an existing film and picture
+    #[arg(long)]
+    force: bool,
 }
 
 /// `plant`, or a region in pixels.
@@ -67,6 +71,7 @@ impl Timelapse {
             every: self.every,
             crop: self.crop,
             plain: self.plain,
+            replace: self.force,
         };
         execute_and_print(&plan, shell, |results| text(results, plan.fps))
     }

@@ -16,7 +16,7 @@ const PHOTOGRAPHS: [&str; 5] = ["jpg", "jpeg", "png", "tif", "tiff"];
 const FILMS: [&str; 12] =
     ["mp4", "mov", "avi", "mkv", "webm", "m4v", "mpg", "mpeg", "mts", "gif", "mjpeg", "mjpg"];
 
-/// Folders inside folders that are searched; chosen by hand, against links that lead in circles.
+/// Folders inside folders that are searched; chosen by hand.
 const MAX_DEPTH: usize = 8;
 
 /// Files of one kind that are named in a note.
@@ -127,7 +127,12 @@ impl Folder {
             }
             let extension = extension_of(&entry);
             if entry.is_dir() {
-                inside.push(entry);
+                // A link to a folder that it lies in leads to photographs that are listed already.
+                let is_above =
+                    || Ok::<_, std::io::Error>(path.canonicalize()?.starts_with(entry.canonicalize()?));
+                if !entry.is_symlink() || !is_above().map_err(disk("read", &entry))? {
+                    inside.push(entry);
+                }
             } else if PHOTOGRAPHS.contains(&extension.as_str()) {
                 folder.photographs.push(entry);
             } else {
@@ -274,6 +279,18 @@ mod tests {
         let (found, notes) = list(&["day10/1.jpg", "day9/2.jpg", "day9/10.jpg", "day9/x.cr2"]).unwrap();
         assert_eq!(found, ["day9/2.jpg", "day9/10.jpg", "day10/1.jpg"]);
         assert!(notes.contains("in this order: day9, day10") && notes.contains("day9/x.cr2"), "{notes}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_that_leads_up_is_not_followed() {
+        let folder = folder(&["day1/1.jpg", "day2/2.jpg"]);
+        std::os::unix::fs::symlink(folder.path(), folder.path().join("day1/all")).unwrap();
+        std::os::unix::fs::symlink(folder.path().join("day2"), folder.path().join("day3")).unwrap();
+        let found = list_photographs(&[folder.path().to_owned()]).unwrap().files;
+        let within =
+            |path: &PathBuf| path.strip_prefix(folder.path()).unwrap().to_string_lossy().into_owned();
+        assert_eq!(found.iter().map(within).collect::<Vec<_>>(), ["day1/1.jpg", "day2/2.jpg", "day3/2.jpg"]);
     }
 
     #[test]

@@ -56,6 +56,9 @@ pub struct TimelapsePlan {
     /// Whether nothing is drawn into the photographs but the label of a virtual plant.
     #[serde(default)]
     pub plain: bool,
+    /// Whether a film or a picture that is there is replaced.
+    #[serde(default)]
+    pub replace: bool,
 }
 
 const fn default_width() -> u16 {
@@ -112,7 +115,8 @@ impl Workflow for TimelapsePlan {
         if self.every == Some(0) {
             return Err(Error::Plan("`every` 0: wanted 1 or more".to_owned()));
         }
-        files::check_outputs_with(&self.outputs()?, || self.inputs())
+        files::check_outputs_with(&self.outputs()?, || self.inputs())?;
+        [&self.out, &self.cover()].into_iter().try_for_each(|file| Ok(files::check_free(file, self.replace)?))
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<TimelapseResults, Error> {
@@ -143,7 +147,7 @@ impl Workflow for TimelapsePlan {
         if film.is_some() {
             std::fs::rename(&part, &self.out).map_err(self.cannot_write())?;
         }
-        let cover = self.out.with_extension("jpg");
+        let cover = self.cover();
         let jpeg = composite.to_jpeg(JPEG_QUALITY).map_err(Error::at(cover.display()))?;
         files::write(&cover, &jpeg)?;
         Ok(TimelapseResults {
@@ -172,9 +176,14 @@ impl TimelapsePlan {
         self.out.with_extension(format!("part.{}", format.extension()))
     }
 
+    /// The composite.
+    fn cover(&self) -> PathBuf {
+        self.out.with_extension("jpg")
+    }
+
     /// The files that may be written: film and composite.
     fn outputs(&self) -> Result<[PathBuf; 3], Error> {
-        Ok([self.out.clone(), self.part(Format::of(&self.out)?), self.out.with_extension("jpg")])
+        Ok([self.out.clone(), self.part(Format::of(&self.out)?), self.cover()])
     }
 
     /// The files that may be read: of a run all but former films and composites, else the photographs.

@@ -88,7 +88,7 @@ impl TrackPlan {
         };
         match locate(frames.len(), read, &self.vision, &Direction::ALL) {
             Location::Plant { up, .. } => Some(up),
-            Location::Unsure(_) => None,
+            Location::Several(_) | Location::Unsure(_) => None,
         }
     }
 }

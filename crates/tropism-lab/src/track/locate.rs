@@ -10,16 +10,27 @@ use super::plants::{PlantPlan, TrackScale};
 use super::series::Frame;
 use crate::{Monitor, files};
 
+/// Where the plant of a plan is.
+pub(super) enum Located {
+    /// The plan with region and base of its plant.
+    Plant(TrackPlan),
+    /// As the plan says, or anywhere in the picture.
+    Nowhere {
+        /// The things that move, where several do.
+        movers: Vec<Region>,
+    },
+}
+
 impl TrackPlan {
     /// The plan with its plant where that moves, and in the direction in which it grows. It is looked for if the plan gives
     /// a single one neither region nor base, and no calibration; a plan that is resumed takes what was found before.
-    pub(super) fn located(&self, frames: &[Frame], monitor: &dyn Monitor) -> Option<Self> {
+    pub(super) fn located(&self, frames: &[Frame], monitor: &dyn Monitor) -> Located {
         let [PlantPlan { name, region: None, base: None, clicks }] = self.plants.as_slice() else {
-            return None;
+            return Located::Nowhere { movers: Vec::new() };
         };
         let is_calibrated = matches!(self.scale, TrackScale::Calibration(_));
         if is_calibrated || self.each || !clicks.is_empty() || frames.len() < 2 {
-            return None;
+            return Located::Nowhere { movers: Vec::new() };
         }
         let plan = |region, base, up| {
             let plant = PlantPlan {
@@ -29,11 +40,11 @@ impl TrackPlan {
                 clicks: clicks.clone(),
             };
             let vision = VisionConfig { up, ..self.vision.clone() };
-            Self { plants: vec![plant], vision, ..self.clone() }
+            Located::Plant(Self { plants: vec![plant], vision, ..self.clone() })
         };
-        if let Some(before) = self.resume.then(|| self.tracked_before()).flatten() {
-            let region = before.region.filter(|_| before.is_located)?;
-            return Some(plan(region, before.base, before.up));
+        let before = self.resume.then(|| self.tracked_before()).flatten();
+        if let Some(LocatedBefore { is_located: true, region: Some(region), base, up }) = before {
+            return plan(region, base, up);
         }
         let read = |index: usize| {
             let frame = &frames[index];
@@ -42,13 +53,20 @@ impl TrackPlan {
         let known = [self.vision.up];
         let poses = if self.finds_up() { &Direction::ALL[..] } else { &known };
         match locate(frames.len(), read, &self.vision, poses) {
-            Location::Plant { region, base, up } => Some(plan(region, base, up)),
+            Location::Plant { region, base, up } if before.is_none() => plan(region, base, up),
+            Location::Plant { .. } => Located::Nowhere { movers: Vec::new() },
+            Location::Several(movers) => {
+                let places: Vec<String> = movers.iter().map(Region::to_string).collect();
+                let (count, places) = (movers.len(), places.join(" and "));
+                let reason = format!(
+                    "{count} things in them move, at {places}: one plant is wanted, or a `region` for each"
+                );
+                monitor.note(&searched(&reason));
+                Located::Nowhere { movers }
+            }
             Location::Unsure(reason) => {
-                monitor.note(&format!(
-                    "no `region` is given and no plant is found by its motion: {reason}. The whole picture is searched; \
-                     `guide` writes a page to click root and region on"
-                ));
-                None
+                monitor.note(&searched(&reason));
+                Located::Nowhere { movers: Vec::new() }
             }
         }
     }
@@ -65,6 +83,14 @@ impl TrackPlan {
             up: before.settings.vision.up,
         })
     }
+}
+
+/// That the whole picture is searched, and why.
+fn searched(reason: &str) -> String {
+    format!(
+        "no `region` is given and no plant is found by its motion: {reason}. The whole picture is searched; `guide` writes a page \
+         to click root and region on"
+    )
 }
 
 /// Where a plant was, and whether that was found by its motion.

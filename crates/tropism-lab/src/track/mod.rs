@@ -38,6 +38,9 @@ pub use series::{SeriesSummary, TimeSource};
 pub use table::{CameraMotion, TrackCounts};
 pub use warning::{TrackWarning, WarningKind, warnings_of};
 
+use tropism::geometry::Region;
+
+use self::locate::Located;
 use self::pipeline::Pipeline;
 use self::plan::check_minutes;
 use self::plants::{check_plants, place};
@@ -70,17 +73,28 @@ impl Workflow for TrackPlan {
         let series = Series::read(&found.files, self.time, self.period_min, self.default_period_min)?;
         series.notes.iter().for_each(|note| monitor.note(note));
         match self.located(&series.frames, monitor) {
-            Some(plan) => plan.track(&series, true, monitor),
-            None => self.turned(&series.frames, monitor).track(&series, false, monitor),
+            Located::Plant(plan) => plan.track(&series, true, Vec::new(), monitor),
+            Located::Nowhere { movers } => {
+                self.turned(&series.frames, monitor).track(&series, false, movers, monitor)
+            }
         }
     }
 }
 
 impl TrackPlan {
-    /// Tracks the photographs of a series. `is_located` says whether region and root were found by the plant's motion.
-    fn track(&self, series: &Series, is_located: bool, monitor: &dyn Monitor) -> Result<TrackResults, Error> {
+    /// Tracks the photographs of a series. `is_located` says whether region and root were found by the plant's motion, and
+    /// `movers` where several things move of which one may be the plant.
+    fn track(
+        &self,
+        series: &Series,
+        is_located: bool,
+        movers: Vec<Region>,
+        monitor: &dyn Monitor,
+    ) -> Result<TrackResults, Error> {
         let mut plants = place(&self.plants, &self.scale, &self.vision, &series.frames)?;
-        plants.iter_mut().for_each(|plant| plant.is_located = is_located);
+        for plant in &mut plants {
+            (plant.is_located, plant.movers) = (is_located, movers.clone());
+        }
         let lights = self.light.read(&series.frames)?;
         if let Some(sheet) = &self.sheet {
             files::make_folder_of(sheet)?;

@@ -79,6 +79,9 @@ pub(super) struct Plant {
     /// Whether region and root were found by the plant's motion.
     #[serde(skip)]
     pub(super) is_located: bool,
+    /// The things that move in the picture, where several do and nothing says which is the plant.
+    #[serde(skip)]
+    pub(super) movers: Vec<Region>,
 }
 
 impl Plant {
@@ -148,13 +151,7 @@ fn assign(clicks: PlantClicks, plants: &mut [PlantPlan]) -> Result<(), Error> {
     ];
     for (clicks, list) in lists {
         for click in clicks {
-            let holds = |plant: &PlantPlan| {
-                let within =
-                    |at: f64, first: usize, count: usize| at >= first as f64 && at <= (first + count) as f64;
-                plant.region.is_some_and(|region| {
-                    within(click.x, region.x, region.width) && within(click.y, region.y, region.height)
-                })
-            };
+            let holds = |plant: &PlantPlan| plant.region.is_some_and(|region| region.contains(click.at()));
             let mut holding = plants.iter_mut().filter(|plant| holds(plant));
             match (holding.next(), holding.next()) {
                 (Some(plant), None) => list(&mut plant.clicks).push(click),
@@ -236,7 +233,7 @@ pub(super) fn place(
         calibration.check().map_err(|error| Error::Plan(format!("`px_per_cm`: {error}")))?;
         let name = Some(plan.name.clone()).filter(|_| !is_alone);
         let region = plan.region.or_else(|| plan.clicks.surroundings(calibration.base, (width, height)));
-        let plant = Plant { name, region, calibration, is_located: false };
+        let plant = Plant { name, region, calibration, is_located: false, movers: Vec::new() };
         plant.vision(vision).check(width, height).map_err(|error| match (&error, &plant.name) {
             (VisionError::Region { .. }, None) => Error::Plan(format!("`region`: {error}")),
             (VisionError::Region { .. }, Some(name)) => Error::Plan(format!("plant {name}: {error}")),

@@ -173,6 +173,7 @@ impl Pipeline<'_> {
                 is_unrelated: self.plan.each,
                 times: &self.series.warnings,
                 never_moves,
+                tips: &table.tips,
                 up: self.plan.vision.up,
             };
             let results = PlantTrack {

@@ -1,5 +1,6 @@
 //! What speaks against a track, and what to do about it: most often the region, the base or the scale is wrong.
 
+use std::cmp::Reverse;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -40,6 +41,8 @@ pub enum WarningKind {
     PlantsTouch,
     /// What was detected never moves.
     NeverMoves,
+    /// Several things move, and the tip is of one in a tenth of the photographs or more, and of another in as many.
+    SeveralPlants,
     /// The background is not found again in a tenth of the photographs or more: the camera was turned, or its lens moved.
     BackgroundLost,
     /// The scale is that of the paper's camera, because the plan gives none.
@@ -70,6 +73,8 @@ pub(super) struct Evidence<'a> {
     /// What may be wrong with the times: a sentence each.
     pub(super) times: &'a [String],
     pub(super) never_moves: bool,
+    /// The measured tip in each photograph.
+    pub(super) tips: &'a [Option<Pixel>],
     /// The direction in which the plant grows.
     pub(super) up: Direction,
 }
@@ -79,6 +84,7 @@ impl Evidence<'_> {
     pub(super) fn warnings(&self) -> Vec<TrackWarning> {
         let all = [
             self.never_moves(),
+            self.several_plants(),
             self.few_measured(),
             self.root_elsewhere(),
             self.tip_at_edge(),
@@ -95,6 +101,21 @@ impl Evidence<'_> {
         let advice =
             "what was detected never moves: is it the plant? `guide` writes a page to click its tip on";
         self.never_moves.then(|| TrackWarning::new(WarningKind::NeverMoves, advice.to_owned()))
+    }
+
+    fn several_plants(&self) -> Option<TrackWarning> {
+        let tips = || self.tips.iter().flatten();
+        let count_in = |place: &Region| tips().filter(|tip| place.contains(**tip)).count();
+        let mut found: Vec<(usize, &Region)> =
+            self.plant.movers.iter().map(|place| (count_in(place), place)).collect();
+        found.sort_by_key(|(count, _)| Reverse(*count));
+        let [(_, first), (least, second), ..] = found[..] else { return None };
+        is_often(least, self.counts.frames).then(|| {
+            let advice = format!(
+                "the tip is now that of what moves at {first}, and now at {second}: give the `region` of the plant, or of each"
+            );
+            TrackWarning::new(WarningKind::SeveralPlants, advice)
+        })
     }
 
     fn few_measured(&self) -> Option<TrackWarning> {
@@ -238,4 +259,51 @@ pub fn warnings_of(path: &Path, track: &Track) -> Vec<TrackWarning> {
         .then(|| TrackWarning::new(WarningKind::FewMeasured, advice()))
         .into_iter()
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use tropism::vision::Calibration;
+
+    use super::*;
+
+    #[test]
+    fn a_tip_of_one_plant_and_of_another_is_said() {
+        let at = |x| Region { x, y: 20, width: 60, height: 80 };
+        let plant = Plant {
+            name: None,
+            region: None,
+            calibration: Calibration::from_scale(Pixel::new(100.0, 150.0), 10.0, 200, 160),
+            is_located: false,
+            movers: vec![at(0), at(70), at(140)],
+        };
+        let kinds = |xs: &[f64]| {
+            let tips: Vec<Option<Pixel>> =
+                xs.iter().map(|&x| Some(Pixel::new(x, 30.0))).chain([None]).collect();
+            let counts = TrackCounts { frames: tips.len(), measured: xs.len(), ..TrackCounts::default() };
+            let evidence = Evidence {
+                plant: &plant,
+                counts: &counts,
+                feet: &[],
+                is_scale_assumed: false,
+                is_unrelated: false,
+                times: &[],
+                never_moves: false,
+                tips: &tips,
+                up: Direction::Up,
+            };
+            evidence
+                .warnings()
+                .into_iter()
+                .map(|TrackWarning { kind, advice }| (kind, advice))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(kinds(&[100.0; 19]), []);
+        let mut tips = [100.0; 19];
+        tips[8] = 190.0;
+        assert_eq!(kinds(&tips), [], "once in twenty photographs is an error");
+        tips[9] = 190.0;
+        let [(WarningKind::SeveralPlants, advice)] = &kinds(&tips)[..] else { panic!("{:?}", kinds(&tips)) };
+        assert!(advice.contains("at 70,20,60,80, and now at 140,20,60,80"), "{advice}");
+    }
 }

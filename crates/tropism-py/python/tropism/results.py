@@ -192,7 +192,8 @@ class CalibrationResults(Results):
 class TrackWarning(Results):
     """What speaks against a track."""
 
-    #: never_moves, few_measured, root_elsewhere, tip_at_edge, plants_touch, background_lost, scale_assumed or unrelated.
+    #: never_moves, several_plants, few_measured, root_elsewhere, tip_at_edge, plants_touch, background_lost, scale_assumed,
+    #: unrelated or times.
     kind: str
     #: What was found, and what to do.
     advice: str

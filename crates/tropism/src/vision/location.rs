@@ -64,6 +64,8 @@ pub enum Location {
         /// The direction in which it grows.
         up: Direction,
     },
+    /// Several things move, where each is.
+    Several(Vec<Region>),
     /// No plant is found for sure, and why.
     Unsure(String),
 }
@@ -90,13 +92,8 @@ pub fn locate(
         [] => return unsure("nothing in them moves like a plant"),
         [only] => only,
         several => {
-            let places: Vec<String> =
-                several.iter().map(|thing| motion.grid.region(thing, 0.0).to_string()).collect();
-            return Location::Unsure(format!(
-                "{} things in them move, at {}: one plant is wanted, or a `region` for each",
-                several.len(),
-                places.join(" and ")
-            ));
+            let places = several.iter().map(|thing| motion.grid.region(thing, 0.0));
+            return Location::Several(places.collect());
         }
     };
     let mut poses: Vec<Pose> = poses.iter().map(|&up| Pose::new(up, &motion.grid, thing)).collect();
