@@ -91,30 +91,30 @@ pub(crate) struct Conditions {
     pub(crate) period_min: f64,
 }
 
-/// The conditions for `controllers`: the task of the file, else the one that the champions were evolved for, or the paper's;
-/// lamps and period of the champions, or the paper's.
+/// The conditions for `controllers`: the task of the file, else the one that they were evolved or tuned for, or the paper's;
+/// their lamps and period, or the paper's.
 ///
 /// # Errors
-/// If the champions were evolved for different tasks and no file is named, or for different lamps or periods.
+/// If they were made for different tasks and no file is named, or for different lamps or periods.
 pub(crate) fn conditions_of<'c>(
     controllers: impl Iterator<Item = &'c ControllerSpec> + Clone,
     file: &TaskOption,
 ) -> Result<Conditions> {
-    let champions = || controllers.clone().filter_map(ControllerSpec::champion);
-    let mut tasks = champions().filter_map(|champion| champion.task.as_ref());
+    let mut tasks = controllers.clone().filter_map(ControllerSpec::own_task);
     let task = match tasks.next().filter(|_| file.task.is_none()) {
         Some(task) => {
             let is_one = tasks.all(|other| other == task);
-            ensure!(is_one, "these champions were evolved for different tasks: choose one by --task");
+            ensure!(is_one, "these controllers were made for different tasks: choose one by --task");
             task.clone()
         }
         None => file.load()?,
     };
-    let first = champions().next();
-    let layout = first.map_or_else(Layout::default, |champion| champion.layout.clone());
-    let period_min = first.map_or(PAPER_PERIOD_MIN, |champion| champion.period_min);
-    let is_alike = champions().all(|other| other.layout == layout && other.period_min == period_min);
-    ensure!(is_alike, "these champions are for different lamps or periods: compare them apart");
+    let mut made = controllers.filter_map(|one| one.own_layout().zip(one.own_period_min()));
+    let (layout, period_min) = made
+        .next()
+        .map_or((Layout::default(), PAPER_PERIOD_MIN), |(layout, period)| (layout.clone(), period));
+    let is_alike = made.all(|(other, period)| *other == layout && period == period_min);
+    ensure!(is_alike, "these controllers are for different lamps or periods: compare them apart");
     Ok(Conditions { task, layout, period_min })
 }
 

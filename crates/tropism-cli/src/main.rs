@@ -15,7 +15,8 @@ mod commands;
 use std::process::ExitCode;
 
 use clap::builder::{PossibleValue, Resettable};
-use clap::{CommandFactory, FromArgMatches, Parser};
+use clap::parser::ValueSource;
+use clap::{Arg, ArgMatches, CommandFactory, FromArgMatches, Parser};
 use tropism::simd::VectorUnit;
 
 use crate::commands::Command;
@@ -98,12 +99,15 @@ pub(crate) fn version() -> String {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit());
+    let command = command();
+    let matches = command.clone().get_matches();
+    let given = options_given(&command, &matches);
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     if let Some(threads) = cli.threads {
         // This fails only if a thread pool exists already.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
     }
-    let shell = Shell::new(cli.json, cli.quiet);
+    let shell = Shell::new(cli.json, cli.quiet, given);
     if cli.command.is_in_one_piece() {
         Shell::end_at_once();
     }
@@ -122,6 +126,17 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// The options of the command that stand on the command line, without those of all commands.
+fn options_given(command: &clap::Command, matches: &ArgMatches) -> Vec<String> {
+    let Some((name, matches)) = matches.subcommand() else { return Vec::new() };
+    let options = command.find_subcommand(name).into_iter().flat_map(clap::Command::get_arguments);
+    let is_given = |option: &&Arg| {
+        !option.is_global_set()
+            && matches.value_source(option.get_id().as_str()) == Some(ValueSource::CommandLine)
+    };
+    options.filter(is_given).filter_map(|option| Some(format!("--{}", option.get_long()?))).collect()
 }
 
 /// The error and its causes in one line. A cause that an error's text contains already is left out.

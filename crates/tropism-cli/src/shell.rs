@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use anyhow::{Result, ensure};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use tropism::text::{plain_json, plain_lines};
@@ -49,12 +50,14 @@ pub(crate) struct Shell {
     is_json: bool,
     is_quiet: bool,
     is_terminal: bool,
+    /// The options of the command that stand on the command line.
+    given: Vec<String>,
 }
 
 impl Shell {
     /// Opens the terminal and installs the handler of Ctrl-C, SIGTERM and SIGHUP: the first asks for an orderly end,
     /// the second ends at once, unless [`end_in_order`](Self::end_in_order) was asked for.
-    pub(crate) fn new(is_json: bool, is_quiet: bool) -> Self {
+    pub(crate) fn new(is_json: bool, is_quiet: bool, given: Vec<String>) -> Self {
         let handler = || {
             let is_second = INTERRUPTED.swap(true, Ordering::SeqCst);
             let is_enough = is_second || ENDS_AT_ONCE.load(Ordering::SeqCst);
@@ -63,7 +66,22 @@ impl Shell {
             }
         };
         crate::signals::handle(handler);
-        Self { is_json, is_quiet, is_terminal: std::io::stderr().is_terminal() }
+        Self { is_json, is_quiet, is_terminal: std::io::stderr().is_terminal(), given }
+    }
+
+    /// Checks that of the options that decide results only `taken` are given: work that goes on with the settings in `out` would
+    /// ignore the others.
+    pub(crate) fn check_resumes_alone(&self, out: &Path, taken: &[&str]) -> Result<()> {
+        let of_work = ["--out", "--resume", "--unit", "--list", "--engine"];
+        let is_ignored = |option: &&str| !of_work.contains(option) && !taken.contains(option);
+        let ignored: Vec<&str> = self.given.iter().map(String::as_str).filter(is_ignored).collect();
+        ensure!(
+            ignored.is_empty(),
+            "--resume goes on with the settings in {}: leave out {}, or name all that it began with",
+            out.display(),
+            ignored.join(" and ")
+        );
+        Ok(())
     }
 
     /// From now on the first request to end ends the program. For commands that write whole files and nothing else: they do

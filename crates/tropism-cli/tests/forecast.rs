@@ -45,6 +45,9 @@ fn models_are_compared_on_virtual_beans_to_the_same_bits_on_any_number_of_thread
         "--interval",
         "120",
     ];
+    let uneven = ["forecast", "--models", "tip.json", "--tracks", "others", "--horizons", "5,62,4", "--json"];
+    let uneven: Value = serde_json::from_str(&tropism(here, &uneven).unwrap()).unwrap();
+    assert_eq!(uneven["horizons_min"], serde_json::json!([5.0, 60.0]), "whole steps, each once");
     let one = json(here, &[&forecast[..], &["--threads", "1", "--out", "one"]].concat());
     let two = json(here, &[&forecast[..], &["--threads", "2", "--out", "two"]].concat());
     assert_eq!(one, two);

@@ -23,6 +23,13 @@ fn tropism(folder: &Path, words: &[&str]) -> String {
     String::from_utf8(stdout).unwrap().trim_end().to_owned()
 }
 
+#[track_caller]
+fn refused(folder: &Path, words: &[&str], wanted: &str) {
+    let Output { status, stderr, .. } = command(folder, words).output().unwrap();
+    let said = String::from_utf8_lossy(&stderr);
+    assert!(!status.success() && said.contains(wanted), "{words:?}: {said}");
+}
+
 /// Kills a program as soon as `is_at_work`, or lets it end.
 fn kill_when(mut child: Child, is_at_work: impl Fn() -> bool) {
     let started = Instant::now();
@@ -79,6 +86,8 @@ fn a_killed_search_for_a_rule_goes_on_alone() {
         "{printed}"
     );
     assert!(printed.ends_with("tropism tune --out rule.json --resume"), "{printed}");
+    let ignored = ["tune", "--out", "rule.json", "--resume", "--generations", "2", "--seed", "7"];
+    refused(here, &ignored, "settings in rule.json: leave out --generations and --seed");
     tropism(here, &["tune", "--out", "rule.json", "--resume"]);
     let [whole, resumed] = ["whole.json", "rule.json"].map(|name| fs::read(here.join(name)).unwrap());
     assert!(whole == resumed && !saved.exists());

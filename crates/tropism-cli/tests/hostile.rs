@@ -72,6 +72,11 @@ fn no_output_overwrites_an_input() {
         "./beans/../track.csv",
         "track.csv",
     );
+    // In the folder that is read, too.
+    fs::create_dir(path.join("tracks")).unwrap();
+    fs::copy(path.join("track.csv"), path.join("tracks/1.csv")).unwrap();
+    let fit = ["fit", "tracks", "--force", "--out", "tracks/../tracks/1.csv"];
+    stays(&folder, &fit, "tracks/../tracks/1.csv", "tracks/1.csv");
     let tune = ["tune", "--model", "model.json", "--generations", "1", "--out"];
     stays(&folder, &[&tune[..], &["model.json"]].concat(), "model.json", "model.json");
     stays(&folder, &[&tune[..], &["task.toml", "--task", "task.toml"]].concat(), "task.toml", "task.toml");
@@ -127,13 +132,14 @@ fn reports_and_films_overwrite_nothing_of_a_run() {
         stays(&folder, &["timelapse", source, "--out", &inside(out)], &photo, &photo);
         assert!(out.ends_with(".jpg") || !path.join(inside(out)).exists());
     }
-    // A former report, film or picture in the folder of the run is replaced.
+    // A former report or picture in the folder of the run is replaced; a film if that is asked for.
     for _ in 0..2 {
         let report = tropism(path, &["report", "track.csv", "--out", "report.html", "--figures", "."]);
         assert!(report.status.success(), "{}", said(&report));
         let report = tropism(path, &["report", run, "--out", &inside("report.html"), "--figures", run]);
         assert!(report.status.success(), "{}", said(&report));
-        let film = tropism(path, &["timelapse", run, "--width", "64", "--out", &inside("film.gif")]);
+        let film =
+            tropism(path, &["timelapse", run, "--width", "64", "--force", "--out", &inside("film.gif")]);
         assert!(film.status.success(), "{}", said(&film));
     }
 }

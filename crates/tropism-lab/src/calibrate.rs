@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use tropism::math;
 use tropism::parallel;
 use tropism::random::{self, Purpose};
-use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::calibrate::{BeanCalibration, Estimate, PARAMETERS, calibrate};
 use tropism_bean::{Individual, Species, acceptance};
 
@@ -25,8 +24,9 @@ const NINETY_PERCENT: f64 = 1.645;
 pub struct CalibratePlan {
     /// Track files (CSV), a plant each, or folders of runs or tracks.
     pub tracks: Vec<PathBuf>,
-    /// Minutes between the rows of the tracks, 0.1 to 120.
-    pub interval_min: f64,
+    /// Minutes between the rows of the tracks, 0.1 to 120; as their times say if it is left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval_min: Option<f64>,
     /// Species of the plants: the prior of the estimates.
     pub species: Species,
     /// Whether to continue a calibration in `out`.
@@ -39,13 +39,7 @@ pub struct CalibratePlan {
 
 impl Default for CalibratePlan {
     fn default() -> Self {
-        Self {
-            tracks: Vec::new(),
-            interval_min: PAPER_PERIOD_MIN,
-            species: Species::default(),
-            resume: false,
-            out: None,
-        }
+        Self { tracks: Vec::new(), interval_min: None, species: Species::default(), resume: false, out: None }
     }
 }
 
@@ -94,7 +88,8 @@ pub struct PooledEstimate {
     pub key: String,
     /// Geometric mean over plants.
     pub mean: f64,
-    /// Coefficient of variation between plants, without the variance of the estimates themselves.
+    /// Coefficient of variation between plants: of the estimates, and of what the tracks leave open, which is the species' own
+    /// where they say nothing.
     pub spread: f64,
 }
 
@@ -109,8 +104,7 @@ impl Workflow for CalibratePlan {
         if self.tracks.is_empty() {
             return Err(Error::Plan("`tracks` is empty: name at least one".to_owned()));
         }
-        if !(0.1..=120.0).contains(&self.interval_min) {
-            let found = self.interval_min;
+        if let Some(found) = self.interval_min.filter(|found| !(0.1..=120.0).contains(found)) {
             return Err(Error::Plan(format!("found `interval_min` {found}, wanted 0.1 to 120 minutes")));
         }
         files::check_outputs(&self.outputs(), &self.tracks)
@@ -129,7 +123,8 @@ const BEAN: &str = "bean.toml";
 struct CalibrationRecord {
     schema: String,
     version: String,
-    interval_min: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interval_min: Option<f64>,
     tracks: Vec<Input>,
     species: Species,
 }
@@ -245,7 +240,8 @@ impl Units for Calibrating<'_> {
         let (CalibratePlan { interval_min, species, .. }, out) = (self.plan, self.plan.out());
         let file = &self.tracks[place.unit];
         let track = files::read_track(file)?;
-        let calibration = calibrate(&track, *interval_min, species, &|| monitor.may_go_on())
+        let period_min = interval_min.unwrap_or(track.period_min);
+        let calibration = calibrate(&track, period_min, species, &|| monitor.may_go_on())
             .map_err(Error::at(file.display()))?
             .ok_or_else(|| Error::Interrupted { folder: out.to_owned() })?;
         files::make_folder(&out.join("plants"))?;
@@ -267,6 +263,9 @@ impl PlantEstimates {
 }
 
 /// Pools the estimates of at least one plant: mean and variance of their logarithms, one row a parameter.
+///
+/// The estimates are posterior means, drawn to the species, so the variance between plants is that of the estimates and the
+/// mean of their own variances (law of total variance).
 #[must_use]
 pub fn pool(plants: &[PlantEstimates]) -> Vec<PooledEstimate> {
     let count = plants.len() as f64;
@@ -278,7 +277,7 @@ pub fn pool(plants: &[PlantEstimates]) -> Vec<PooledEstimate> {
         let own = estimates().map(|&ParameterEstimate { low, high, .. }| {
             (math::ln(high / low) / (2.0 * NINETY_PERCENT)).powi(2)
         });
-        let between = (variance - own.sum::<f64>() / count).max(0.0);
+        let between = variance + own.sum::<f64>() / count;
         PooledEstimate {
             key: key.to_owned(),
             mean: math::exp(mean),
@@ -451,6 +450,18 @@ mod tests {
         fn may_go_on(&self) -> bool {
             !self.0.load(Ordering::SeqCst)
         }
+    }
+
+    #[test]
+    fn plants_whose_tracks_say_nothing_have_the_spread_of_the_species() {
+        let sd = math::ln(1.0 + 0.3 * 0.3).sqrt();
+        let silent = |value: f64| {
+            let [low, high] = [-1.0, 1.0].map(|sign| value * math::exp(sign * NINETY_PERCENT * sd));
+            let estimate = ParameterEstimate { key: String::new(), value, low, high, prior_share: 1.0 };
+            PlantEstimates { track: PathBuf::new(), rms_cm: 1.0, estimates: vec![estimate; PARAMETERS.len()] }
+        };
+        let pooled = pool(&[silent(2.0), silent(2.0), silent(2.0)]);
+        assert!(pooled.iter().all(|one| (one.spread - 0.3).abs() < 1e-12 && (one.mean - 2.0).abs() < 1e-12));
     }
 
     #[test]

@@ -111,6 +111,16 @@ impl ControllerSpec {
         }
     }
 
+    /// The lamps of the model that it was evolved or tuned on; `None` where there is none.
+    #[must_use]
+    pub fn own_layout(&self) -> Option<&Layout> {
+        match self {
+            Self::Periodic { .. } | Self::Greedy => None,
+            Self::Network { champion } => Some(&champion.layout),
+            Self::Rule { tuned } => Some(&tuned.layout),
+        }
+    }
+
     /// Minutes from one step to the next of the model that it was evolved or tuned on; `None` where there is none.
     #[must_use]
     pub fn own_period_min(&self) -> Option<f64> {

@@ -4,6 +4,7 @@ mod film;
 mod pages;
 mod photographs;
 
+use std::collections::HashMap;
 use std::error::Error;
 use std::ffi::OsStr;
 use std::fs;
@@ -355,11 +356,20 @@ pub fn read_track(path: &Path) -> Result<Track, FileError> {
 /// files with the columns of a track, in natural order.
 ///
 /// # Errors
-/// [`FileError`] names the folder in which there is none.
+/// [`FileError`] names the folder in which there is none, or the file that is named twice: it would count as two plants.
 pub fn track_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, FileError> {
     let mut found = Vec::new();
     for path in paths {
         if path.is_dir() { found.extend(tracks_in(path)?) } else { found.push(path.clone()) }
+    }
+    let mut known = HashMap::new();
+    for path in &found {
+        let before = identity(path).and_then(|identity| known.insert(identity, path));
+        if let Some(before) = before {
+            let problem =
+                format!("the same file as {}, which is named before: name each track once", before.display());
+            return Err(FileError::content(path, problem));
+        }
     }
     Ok(found)
 }
@@ -373,10 +383,12 @@ fn tracks_in(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
     let mut found: Vec<PathBuf> = entries.flatten().map(|entry| entry.path().join("track.csv")).collect();
     found.retain(|track| track.exists());
     if found.is_empty() {
+        // An empty file, and one with a column of a track, is a damaged track, and says so when it is read.
         let is_track = |path: &PathBuf| {
             read_text(path).is_ok_and(|text| {
-                let columns: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
-                ["tip_x_cm", "tip_y_cm", "light"].iter().all(|column| columns.contains(column))
+                let first = text.lines().next().unwrap_or_default();
+                first.is_empty()
+                    || first.split(',').any(|column| ["tip_x_cm", "tip_y_cm"].contains(&column.trim()))
             })
         };
         found = list(folder, "csv")?;
@@ -970,6 +982,24 @@ mod tests {
         for name in ["000001.jpg", "..jpg", "a b.png", "é.jpg"] {
             assert!(is_plain_name(name), "{name:?}");
         }
+    }
+
+    #[test]
+    fn each_track_of_a_folder_counts_once_and_none_vanishes() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        write(&at("1.csv"), b"tip_x_cm,tip_y_cm,light\n0,4,left\n").unwrap();
+        write(&at("2.csv"), b"x_cm, tip_y_cm,light\n0,4,left\n").unwrap();
+        write(&at("3.csv"), b"").unwrap();
+        write(&at("light.csv"), b"frame,light\n1.jpg,left\n").unwrap();
+        let whole = [folder.path().to_owned()];
+        assert_eq!(track_files(&whole).unwrap(), ["1.csv", "2.csv", "3.csv"].map(at), "damaged tracks, too");
+        let twice = [at("1.csv"), folder.path().to_owned()];
+        let error = track_files(&twice).unwrap_err().to_string();
+        assert!(
+            error.contains("1.csv: the same file as") && error.contains("name each track once"),
+            "{error}"
+        );
     }
 
     #[cfg(unix)]

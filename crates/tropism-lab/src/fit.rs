@@ -83,10 +83,10 @@ impl Workflow for FitPlan {
                 "these are settings of a tip-motion model: `kind` {kind} has none"
             )));
         }
+        let tracks = files::track_files(&self.tracks)?;
         // What `track` knows of a track stands beside it.
-        let beside =
-            self.tracks.iter().map(|track| track.with_extension("json")).filter(|file| file.exists());
-        let inputs: Vec<PathBuf> = self.tracks.iter().cloned().chain(beside).collect();
+        let beside = tracks.iter().map(|track| track.with_extension("json")).filter(|file| file.exists());
+        let inputs: Vec<PathBuf> = tracks.iter().cloned().chain(beside).collect();
         files::check_outputs(std::slice::from_ref(&self.out), &inputs)?;
         files::check_free(&self.out, self.replace || self.out.is_dir())
     }

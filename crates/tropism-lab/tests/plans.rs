@@ -116,7 +116,7 @@ fn a_value_out_of_range_is_named() {
     tune.search.episodes = 0;
     is_refused(&tune, "search: found episodes = 0");
     let tracks = vec!["track.csv".into()];
-    let minutes = CalibratePlan { tracks, interval_min: f64::NAN, ..CalibratePlan::default() };
+    let minutes = CalibratePlan { tracks, interval_min: Some(f64::NAN), ..CalibratePlan::default() };
     is_refused(&minutes, "found `interval_min` NaN");
     let picture = ShowPlan { out: Some("a.png".into()), ..ShowPlan::default() };
     is_refused(&picture, "a.png: wanted .html, .svg, .dot or .txt");

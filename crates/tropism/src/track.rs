@@ -431,7 +431,7 @@ impl Track {
     /// Reads CSV with a header; `tip_x_cm`, `tip_y_cm` and `light` are required. Stems and depths come from the columns of
     /// [`Self::add_stem_columns`], where they are there.
     ///
-    /// Where `step`, `time_s` or `quality` are missing, rows are numbered from 0, five minutes apart, and measured. The
+    /// Where `step`, `time_s` or `quality` are missing, rows are numbered from 0 by their times, five minutes apart, and measured. The
     /// lamps are the paper's two, or those of [`Layout::four_sides`] where `front` or `back` is lit.
     ///
     /// # Errors
@@ -519,8 +519,26 @@ impl Track {
         let columns = further.iter().zip(texts);
         track.columns = columns.map(|(&at, texts)| Column::parsed(of_csv_cell(&header[at]), texts)).collect();
         track.period_min = period_of(&track.samples).unwrap_or(PAPER_PERIOD_MIN);
+        if step.is_none() && time.is_some() {
+            track.number_by_time();
+        }
         track.take_stems();
         Ok(track)
+    }
+
+    /// Numbers the steps by their times: what was not seen for hours is not one step.
+    fn number_by_time(&mut self) {
+        let period_s = 60.0 * self.period_min;
+        let gap = |pair: &[Sample]| ((pair[1].time_s - pair[0].time_s) / period_s).round().max(1.0);
+        let gaps: Vec<f64> = self.samples.windows(2).map(gap).collect();
+        // Times of no calendar leave the rows as they are.
+        if gaps.iter().sum::<f64>() < f64::from(u32::MAX) {
+            let mut step = 0;
+            for (sample, gap) in self.samples[1..].iter_mut().zip(gaps) {
+                step += gap as u32;
+                sample.step = step;
+            }
+        }
     }
 }
 
@@ -670,6 +688,16 @@ mod tests {
         assert_eq!(track.samples[1].tip, Point::new(-1.0, 4.5));
         assert_eq!(track.samples[1].time_s, 300.0);
         assert_eq!(track.shifts().count(), 1);
+        let rows = "time_s,light,tip_y_cm,tip_x_cm\n0,left,4,0\n310,left,4.1,0\n600,left,4.2,0\n29400,left,9,0\n29700,left,9.1,0\n";
+        let track = Track::read_csv(rows.as_bytes()).unwrap();
+        let steps: Vec<u32> = track.samples.iter().map(|sample| sample.step).collect();
+        assert_eq!(
+            (steps, track.shifts().count()),
+            (vec![0, 1, 2, 96, 97], 3),
+            "eight hours are not one step"
+        );
+        let never = rows.replace("29400", "1e300").replace("29700", "1e300");
+        assert_eq!(Track::read_csv(never.as_bytes()).unwrap().samples[4].step, 4);
     }
 
     #[test]

@@ -50,7 +50,10 @@ pub(crate) struct Baseline {
 impl Baseline {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let plan = match (self.model, &self.out) {
-            (None, Some(out)) => BaselinePlan::of_folder(out).map_err(for_user)?,
+            (None, Some(out)) => {
+                shell.check_resumes_alone(out, &[])?;
+                BaselinePlan::of_folder(out).map_err(for_user)?
+            }
             (model, _) => BaselinePlan {
                 model: model.unwrap_or_default(),
                 task: self.task.load()?,

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::calibrate::PARAMETERS;
 use tropism_lab::calibrate::{
     CalibratePlan, ParameterRecovery, PlantEstimates, PooledEstimate, RecoveryPlan, pool,
@@ -35,9 +34,9 @@ pub(crate) struct Calibrate {
     #[arg(value_name = "TRACK.csv|DIR", required_unless_present_any = ["recover", "resume"])]
     tracks: Vec<PathBuf>,
 
-    /// Minutes between the rows of the tracks
-    #[arg(long, default_value_t = PAPER_PERIOD_MIN, value_name = "MIN", requires = "tracks")]
-    interval: f64,
+    /// Minutes between the rows of the tracks; as their times say by default
+    #[arg(long, value_name = "MIN", requires = "tracks")]
+    interval: Option<f64>,
 
     /// Folder for the estimates, and for a bean file, bean.toml: the species with these estimates and their spread; none by default
     #[arg(long, value_name = "DIR")]
@@ -70,7 +69,10 @@ impl Calibrate {
             return execute_and_print(&plan, shell, |rows| recovery_text(plants, rows));
         }
         let plan = match &self.out {
-            Some(out) if self.tracks.is_empty() => CalibratePlan::of_folder(out).map_err(for_user)?,
+            Some(out) if self.tracks.is_empty() => {
+                shell.check_resumes_alone(out, &[])?;
+                CalibratePlan::of_folder(out).map_err(for_user)?
+            }
             _ => CalibratePlan {
                 tracks: self.tracks,
                 interval_min: self.interval,

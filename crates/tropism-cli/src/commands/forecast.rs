@@ -77,6 +77,7 @@ pub(crate) struct Forecast {
 impl Forecast {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         if let Some(out) = self.out.as_ref().filter(|_| self.models.is_empty()) {
+            shell.check_resumes_alone(out, &[])?;
             let plan = ForecastPlan::of_folder(out).map_err(for_user)?;
             return self.units.execute(&plan, shell, |results| text(&plan, results));
         }

@@ -86,6 +86,7 @@ pub(crate) struct Transfer {
 impl Transfer {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         if self.controllers.is_empty() {
+            shell.check_resumes_alone(&self.out, &["--optimum", "--reference", "--model"])?;
             let found = TransferPlan::of_folder(&self.out).map_err(for_user)?;
             let plan = TransferPlan {
                 optimum: self.optimum || found.optimum,
@@ -99,8 +100,8 @@ impl Transfer {
         let sources: Vec<_> = self.controllers.iter().map(ControllerName::source).collect();
         let controllers = read_controllers(&sources)?;
         let conditions = conditions_of(controllers.iter().map(|one| &one.controller), &self.task)?;
-        for one in &controllers {
-            note_other_task(&one.controller, &conditions.task, shell);
+        if self.task.task.is_some() {
+            controllers.iter().for_each(|one| note_other_task(&one.controller, &conditions.task, shell));
         }
         let mut plan = TransferPlan {
             controllers,

@@ -86,6 +86,7 @@ pub(crate) struct Tune {
 impl Tune {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         if self.resume && self.model.is_none() && !self.beans {
+            shell.check_resumes_alone(&self.out, &[])?;
             let plan = TunePlan::of_search(&self.out).map_err(for_user)?;
             return execute_and_print(&plan, shell, |results| text(&plan, results));
         }

@@ -8,9 +8,13 @@ mod tables;
 mod manifest;
 mod sink;
 
+use std::cmp::Reverse;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 use tropism_rig::secret;
 
 use crate::error::Error;
@@ -204,38 +208,35 @@ impl Writer<'_> {
     }
 }
 
-/// The bytes of a TOML file with `***` in place of the secrets in its addresses. Without secrets they are those of the file.
+/// The bytes of a TOML file with `***` in place of the secrets in its addresses; all else stays to the letter.
 fn without_secrets(path: &Path) -> Result<Vec<u8>, Error> {
-    let text = files::read_text(path)?;
-    let mut table: toml::Table = toml::from_str(&text).map_err(Error::at(path.display()))?;
-    if !redact_all(table.iter_mut().map(|(_, value)| value)) {
-        return Ok(text.into_bytes());
+    let mut text = files::read_text(path)?;
+    let mut found = Vec::new();
+    let table = DeTable::parse(&text).map_err(Error::at(path.display()))?;
+    table.get_ref().values().for_each(|value| find_secrets(value, &mut found));
+    // From the last on, because what stands before it keeps its place.
+    found.sort_by_key(|(place, _)| Reverse(place.start));
+    for (place, shown) in found {
+        text.replace_range(place, &toml::Value::String(shown).to_string());
     }
-    Ok(files::toml_of(path, &table)?.into_bytes())
+    Ok(text.into_bytes())
 }
 
-/// Hides the secrets in the addresses of all texts of `value`. Whether there were any.
-fn redact(value: &mut toml::Value) -> bool {
-    match value {
-        toml::Value::String(text) => {
+/// Adds the place of each text with a secret in its addresses, and the text without.
+fn find_secrets(value: &Spanned<DeValue<'_>>, found: &mut Vec<(Range<usize>, String)>) {
+    match value.get_ref() {
+        DeValue::String(text) => {
             // An address by itself ends where the text does, whatever letters it holds.
             let is_url =
                 text.split_once("://").is_some_and(|(scheme, _)| !scheme.contains(char::is_whitespace));
             let shown =
                 if is_url { secret::redacted(text) } else { secret::redacted_text(text).into_owned() };
-            let is_changed = *text != shown;
-            *text = shown;
-            is_changed
+            found.extend((shown != **text).then(|| (value.span(), shown)));
         }
-        toml::Value::Array(values) => redact_all(values.iter_mut()),
-        toml::Value::Table(table) => redact_all(table.iter_mut().map(|(_, value)| value)),
-        _ => false,
+        DeValue::Array(values) => values.iter().for_each(|value| find_secrets(value, found)),
+        DeValue::Table(table) => table.values().for_each(|value| find_secrets(value, found)),
+        _ => {}
     }
-}
-
-/// [`redact()`] of all `values`, also after the first secret.
-fn redact_all<'v>(values: impl Iterator<Item = &'v mut toml::Value>) -> bool {
-    values.map(redact).filter(|&is_changed| is_changed).count() > 0
 }
 
 /// Whether `path`, which need not exist, is in `folder`.

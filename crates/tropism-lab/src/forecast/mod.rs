@@ -17,7 +17,7 @@ use tropism::track::SAME_PERIOD;
 use tropism_bean::tent::Greenhouse;
 use tropism_report::{self as report, ForecastErrors, ForecastPanel, Plants};
 
-use self::left_out::{LeftOut, View, grown, measured};
+use self::left_out::{LeftOut, View, grown, measured, steps_of};
 use self::score::{PlantScore, score, score_still};
 use crate::model::{self, Model};
 use crate::statistics::{Bootstrap, interval_over_replicates};
@@ -36,9 +36,9 @@ pub struct ForecastPlan {
     pub tracks: Vec<PathBuf>,
     /// Number of virtual beans, 1 to 10000, the same ones under each kind of light.
     pub plants: u32,
-    /// Time of the forecasts, in minutes after the start.
+    /// Time of the forecasts, in minutes after the start; rounded to whole steps.
     pub horizons_min: Vec<f64>,
-    /// Time from one start to the next, in minutes.
+    /// Time from one start to the next, in minutes; rounded to whole steps.
     pub interval_min: f64,
     /// Species and variation of the virtual beans, and their lamps.
     pub greenhouse: Greenhouse,
@@ -227,6 +227,7 @@ impl Work for ForecastPlan {
         } else {
             (Truth::Measured, vec![("tracks".to_owned(), measured(&self.tracks)?)])
         };
+        let horizons_min = whole_steps(&self.horizons_min, first.period_min(), monitor);
         let plants = || lights.iter().flat_map(|(_, plants)| plants);
         let in_space =
             models.iter().all(|model| model.kind().is_in_space()) && plants().all(LeftOut::is_in_space);
@@ -234,8 +235,10 @@ impl Work for ForecastPlan {
         for model in &models {
             plants().try_for_each(|plant| check_fits(model, plant))?;
         }
-        let lights = lights.into_iter().map(|(name, plants)| self.starts_under(name, plants, view));
-        Ok(Forecasting { plan: self, truth, lights: lights.collect::<Result<_, _>>()?, view, models })
+        let lights =
+            lights.into_iter().map(|(name, plants)| self.starts_under(name, plants, &horizons_min, view));
+        let lights = lights.collect::<Result<_, _>>()?;
+        Ok(Forecasting { plan: self, truth, lights, horizons_min, view, models })
     }
 
     fn collect(&self, work: &Forecasting<'_>, _monitor: &dyn Monitor) -> Result<ForecastResults, Error> {
@@ -243,7 +246,7 @@ impl Work for ForecastPlan {
             is_virtual: work.lights.iter().flat_map(|light| &light.plants).any(|plant| plant.is_virtual),
             truth: work.truth,
             in_space: work.view == View::Space,
-            horizons_min: self.horizons_min.clone(),
+            horizons_min: work.horizons_min.clone(),
             lights: (0..work.lights.len()).map(|light| work.results(light)).collect::<Result<_, _>>()?,
         };
         files::write_json(&self.out().join("forecast.json"), &results)?;
@@ -277,6 +280,8 @@ pub struct Forecasting<'p> {
     plan: &'p ForecastPlan,
     truth: Truth,
     lights: Vec<UnderLight>,
+    /// Those of the plan in whole steps.
+    horizons_min: Vec<f64>,
     view: View,
     /// In the order of the plan.
     models: Vec<Model>,
@@ -310,14 +315,14 @@ impl Forecasting<'_> {
         let (plan, under) = (self.plan, &self.lights[light]);
         let judged = under.judged();
         let still = (judged.iter())
-            .map(|(_, plant, starts)| score_still(plant, starts, &plan.horizons_min, self.view));
-        let mut models = vec![plan.row("standing still", &[still.collect()])];
+            .map(|(_, plant, starts)| score_still(plant, starts, &self.horizons_min, self.view));
+        let mut models = vec![plan.row("standing still", &[still.collect()], self.horizons_min.len())];
         for (name, replicates) in self.groups() {
             let read = |&model: &usize| {
                 files::read_as(&self.path(light, model), |text| serde_json::from_str::<Vec<PlantScore>>(text))
             };
             let scores: Vec<Vec<PlantScore>> = replicates.iter().map(read).collect::<Result<_, _>>()?;
-            models.push(plan.row(&name, &scores));
+            models.push(plan.row(&name, &scores, self.horizons_min.len()));
         }
         let starts = under.starts.iter().map(Vec::len).sum();
         Ok(LightForecasts { light: under.name.clone(), plants: judged.len(), starts, models })
@@ -359,14 +364,14 @@ impl Units for Forecasting<'_> {
     }
 
     fn execute(&self, place: Place, monitor: &dyn Monitor) -> Result<(), Error> {
-        let (ForecastPlan { horizons_min, seed, .. }, out) = (self.plan, self.plan.out());
+        let (seed, out, horizons_min) = (self.plan.seed, self.plan.out(), &self.horizons_min);
         let (light, model) = self.of_unit(place.unit);
         let judged = self.lights[light].judged();
         let of_plant = |&(number, plant, starts): &(u32, &LeftOut, &Vec<usize>)| {
             if !monitor.may_go_on() {
                 return Err(Error::Interrupted { folder: out.to_owned() });
             }
-            let scored = score(&self.models[model], plant, starts, horizons_min, self.view, *seed, number);
+            let scored = score(&self.models[model], plant, starts, horizons_min, self.view, seed, number);
             monitor.advance(1);
             Ok(scored)
         };
@@ -384,11 +389,17 @@ impl ForecastPlan {
         self.out.iter().flat_map(|out| names.map(|name| out.join(name))).collect()
     }
 
-    fn starts_under(&self, name: String, plants: Vec<LeftOut>, view: View) -> Result<UnderLight, Error> {
+    fn starts_under(
+        &self,
+        name: String,
+        plants: Vec<LeftOut>,
+        horizons_min: &[f64],
+        view: View,
+    ) -> Result<UnderLight, Error> {
         let starts: Vec<Vec<usize>> =
-            plants.iter().map(|plant| plant.starts(&self.horizons_min, self.interval_min, view)).collect();
+            plants.iter().map(|plant| plant.starts(horizons_min, self.interval_min, view)).collect();
         if starts.iter().all(Vec::is_empty) {
-            let longest = self.horizons_min.iter().copied().fold(0.0, f64::max);
+            let longest = horizons_min.iter().copied().fold(0.0, f64::max);
             return Err(Error::Plan(format!(
                 "found no start in {}, wanted a measured tip below {} cm with {longest} minutes of lit steps after it, \
                  at least one",
@@ -400,11 +411,11 @@ impl ForecastPlan {
     }
 
     /// The row of a model, from the scores of each replicate on each plant.
-    fn row(&self, name: &str, scores: &[Vec<PlantScore>]) -> ModelForecasts {
+    fn row(&self, name: &str, scores: &[Vec<PlantScore>], horizons: usize) -> ModelForecasts {
         let errors = |of: &dyn Fn(&PlantScore) -> Option<Vec<score::Miss>>| -> Option<Vec<ForecastError>> {
             let misses: Vec<Vec<Vec<score::Miss>>> =
                 scores.iter().map(|plants| plants.iter().map(of).collect()).collect::<Option<_>>()?;
-            Some((0..self.horizons_min.len()).map(|horizon| self.error(&misses, horizon)).collect())
+            Some((0..horizons).map(|horizon| self.error(&misses, horizon)).collect())
         };
         ModelForecasts {
             name: name.to_owned(),
@@ -435,6 +446,26 @@ impl ForecastPlan {
             within_90: is_forecast.then(|| mean(within.into_iter().flatten())),
         }
     }
+}
+
+/// The times in whole steps of `period_min`, each once; what is not, is noted.
+fn whole_steps(minutes: &[f64], period_min: f64, monitor: &dyn Monitor) -> Vec<f64> {
+    let mut steps = Vec::new();
+    for &wanted in minutes {
+        let found = steps_of(wanted, period_min) as f64 * period_min;
+        let found = if (found / wanted - 1.0).abs() <= SAME_PERIOD { wanted } else { found };
+        if !steps.contains(&found) {
+            steps.push(found);
+        }
+    }
+    if steps != minutes {
+        let list = |times: &[f64]| times.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+        let (wanted, found) = (list(minutes), list(&steps));
+        monitor.note(&format!(
+            "horizons are whole steps of {period_min} minutes: {found} in place of {wanted} minutes"
+        ));
+    }
+    steps
 }
 
 /// The name of a model: its file without the extension.

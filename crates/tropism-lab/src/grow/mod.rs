@@ -26,7 +26,9 @@ use tropism_rig::file::RigFile;
 pub use self::acceptance::{AcceptancePlan, AcceptanceRow, OPEN_LOOP_PLANTS, STEERED_PLANTS};
 pub use self::kinematics::{KinematicsPlan, KinematicsResults, MeasuredQuantity};
 use crate::controller::ControllerSpec;
+use crate::folder::check_no_other_work;
 use crate::run::RunConfig;
+use crate::work::Work;
 use crate::{Error, Monitor, Workflow, files, sequences, work};
 
 /// Least and greatest number of plants that a thread grows side by side. Chosen: a vector of plants; and few enough that an
@@ -144,6 +146,7 @@ impl Workflow for GrowPlan {
             }
             return Ok(());
         }
+        check_no_other_work(&self.out, <Self as Work>::RECORD)?;
         let next = self.track_path(self.plants);
         if next.exists() {
             return Err(Error::Plan(format!(

@@ -11,6 +11,7 @@ use tropism_bean::tent::Greenhouse;
 use tropism_report::Plants;
 
 use super::ShowPlan;
+use crate::controller::ControllerSpec;
 use crate::evolve::EvolutionRecord;
 use crate::model::Model;
 use crate::run::RunConfig;
@@ -139,6 +140,7 @@ fn own_model(folder: Option<&Path>, record: Option<&EvolutionRecord>) -> Result<
 
 /// The track of one plant of `model` that the network steers, and its label in figures.
 fn simulate(champion: &Champion, model: &Model, task: &Task, seed: u64) -> Result<(Track, Plants), Error> {
+    ControllerSpec::network(champion.clone())?.check_on(model)?;
     let plants = if model.is_virtual() { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
     Ok((champion::simulate(champion, model, task, seed)?, plants))
 }

@@ -353,7 +353,7 @@ impl StudyResults {
                 "1000",
                 1000.0,
                 saturation.map(|generation| generation as f64),
-                500.0,
+                250.0,
             ),
             row(
                 "The champion's mean in the model (cm)",

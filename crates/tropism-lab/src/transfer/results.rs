@@ -292,6 +292,11 @@ impl Judge<'_> {
     }
 }
 
+/// The best fitness there can be of a virtual bean, which stands upright above its root wherever the task starts.
+fn best_of_bean(task: &Task) -> Option<f64> {
+    Task { start: Point::new(0.0, task.start.y), ..task.clone() }.best_fitness()
+}
+
 /// Turns of the true stem, and whether they are all that the task wants; `None` of a track without the truth.
 fn true_turns(track: &Track, task: &Task) -> Option<(f64, Option<bool>)> {
     task.pole?;
@@ -340,7 +345,7 @@ impl Scores {
             photographs: plan.photographs,
             seed: plan.seed,
             random_targets: plan.random_targets,
-            best_possible: self.tasks.iter().map(Task::best_fitness).collect::<Option<Vec<f64>>>().map(mean),
+            best_possible: self.tasks.iter().map(best_of_bean).collect::<Option<Vec<f64>>>().map(mean),
             controllers: controllers.collect(),
             pairs: self.pairs(plan, &bootstrap),
             reference: plan.reference.clone(),

@@ -111,6 +111,7 @@ impl Grow {
             return check::execute(greenhouse.bean, self.seed.seed, shell);
         };
         if self.resume && !self.photographs {
+            shell.check_resumes_alone(&out, &[])?;
             let plan = GrowPlan::of_folder(&out).map_err(for_user)?;
             return self.units.execute(&plan, shell, |results| text(&plan, results));
         }
