@@ -63,6 +63,27 @@ fn people_hear_how_a_run_begins_and_ends_and_systemd_that_it_lives() {
 }
 
 #[test]
+fn a_run_that_goes_on_from_its_folder_has_the_alerts_of_its_rig_file() {
+    for is_moved in [false, true] {
+        let folder = tempfile::tempdir().unwrap();
+        let blocked = folder.path().join("bean/photographs/000002.jpg");
+        fs::create_dir_all(&blocked).unwrap();
+        assert!(!run(folder.path(), "periodic:10m").status.success());
+        fs::remove_dir(&blocked).unwrap();
+        if is_moved {
+            fs::rename(folder.path().join("rig.toml"), folder.path().join("moved.toml")).unwrap();
+        }
+        let mut goes_on = Command::new(env!("CARGO_BIN_EXE_tropism"));
+        let output =
+            goes_on.current_dir(&folder).args(["run", "--out", "bean", "--resume"]).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{said}");
+        assert_eq!(said.contains("WITHOUT ALERTS: "), is_moved, "{said}");
+        assert_eq!(read(folder.path(), "told").contains(": 5 steps"), !is_moved);
+    }
+}
+
+#[test]
 fn a_run_of_another_program_is_not_announced() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("bean")).unwrap();

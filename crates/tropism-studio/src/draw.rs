@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use tropism::control::Controller;
 use tropism::lamps::Layout;
 use tropism::simulation::ModelKind;
+use tropism::task::Task;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_bean::{Reach, Species};
 use tropism_lab::controller::ControllerSpec;
@@ -15,7 +16,8 @@ use tropism_page::{
 };
 
 use crate::error::Refusal;
-use crate::{Studio, evolution, found, jobs};
+use crate::found::{self, Kind};
+use crate::{Studio, evolution, jobs};
 
 /// Generations of an evolution that a page asks for, at most.
 pub(crate) const MOST_GENERATIONS: u32 = 100_000;
@@ -126,6 +128,10 @@ const fn one() -> u64 {
 
 /// Checks the name of what is to be made in the folder of the studio.
 pub(crate) fn check_name(name: &str) -> Result<(), Refusal> {
+    let is_taken = Kind::is_named_by(&format!("{name}.toml")) || found::PASSED_OVER.contains(&name);
+    if is_taken {
+        return Err(Refusal::bad(format!("the name {name:?} has a meaning of its own: choose another")));
+    }
     let is_plain = name.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte));
     if (1..=60).contains(&name.len()) && is_plain && !name.starts_with('-') {
         return Ok(());
@@ -213,8 +219,8 @@ pub(crate) fn save(
     let text = drawing.to_toml()?;
     let path = studio.root.join(format!("{name}.toml"));
     match files::read_text(&path) {
-        Ok(found) if found != text && !replace => {
-            return Err(Refusal::bad(format!("{name}.toml: another task has this name: choose a new one")));
+        Ok(found) if found != text && !(replace && toml::from_str::<Task>(&found).is_ok()) => {
+            return Err(Refusal::bad(format!("{name}.toml: another file has this name: choose a new one")));
         }
         Ok(found) if found == text => {}
         _ => files::write(&path, text.as_bytes())?,
@@ -254,6 +260,10 @@ mod tests {
     #[test]
     fn names_are_plain() {
         assert!(check_name("my-task_2").is_ok());
+        // A file of this name would make the folder a run, and one of these folders is passed over.
+        for name in ["run", "sweep", "walls", "target"] {
+            assert!(check_name(name).is_err(), "{name}");
+        }
         for name in ["", "a/b", "..", "-x", "a b", "<b>", "ä", &"x".repeat(61)] {
             assert!(check_name(name).is_err(), "{name}");
         }

@@ -19,6 +19,9 @@ const MOST: usize = 5000;
 /// Folders that are looked into at most.
 const MOST_FOLDERS: usize = 50_000;
 
+/// Folders that are passed over: photographs of runs, and what other programs build.
+pub(crate) const PASSED_OVER: [&str; 3] = ["photographs", "target", "node_modules"];
+
 /// A kind of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -138,9 +141,7 @@ impl Finder {
                 Some((entry.file_name().into_string().ok()?, kind.is_dir()))
             })
             .collect();
-        names.retain(|(name, _)| {
-            !name.starts_with('.') && !matches!(name.as_str(), "photographs" | "target" | "node_modules")
-        });
+        names.retain(|(name, _)| !name.starts_with('.') && !PASSED_OVER.contains(&name.as_str()));
         names.sort_unstable();
         for (name, is_folder) in names {
             let below = |name: &str| if at.is_empty() { name.to_owned() } else { format!("{at}/{name}") };

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use tropism_lab::files;
 use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::stop::StopPlan;
-use tropism_lab::{Silent, Workflow, holder};
+use tropism_lab::{FolderLock, LockError, Silent, Workflow, holder, lock};
 
 use self::job::{Job, JobState, goes_on, is_made};
 pub(crate) use self::job::{ShownJob, line};
@@ -65,6 +65,8 @@ struct Inner {
     cancelled: Option<u64>,
     /// Whether no further job begins.
     is_closed: bool,
+    /// Held from the first job on: two studios would overwrite each other's jobs.
+    lock: Option<FolderLock>,
 }
 
 impl Queue {
@@ -73,20 +75,23 @@ impl Queue {
     /// # Errors
     /// [`StudioError::File`] if its file cannot be read.
     pub(crate) fn open(root: &Path, program: &Path) -> Result<Self, StudioError> {
-        let path = Self::path(root);
-        let saved = if path.exists() {
-            files::read_as(&path, |text| serde_json::from_str(text))?
-        } else {
-            Saved { schema: SCHEMA.to_owned(), next: 1, jobs: Vec::new() }
-        };
         let inner = Mutex::new(Inner {
-            saved,
+            saved: Self::saved(root)?,
             child: None,
             begun: Instant::now(),
             cancelled: None,
             is_closed: false,
+            lock: None,
         });
         Ok(Self { root: root.to_owned(), program: program.to_owned(), inner })
+    }
+
+    fn saved(root: &Path) -> Result<Saved, StudioError> {
+        let path = Self::path(root);
+        if path.exists() {
+            return Ok(files::read_as(&path, |text| serde_json::from_str(text))?);
+        }
+        Ok(Saved { schema: SCHEMA.to_owned(), next: 1, jobs: Vec::new() })
     }
 
     fn path(root: &Path) -> PathBuf {
@@ -95,6 +100,30 @@ impl Queue {
 
     fn inner(&self) -> MutexGuard<'_, Inner> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes the queue for this studio, as the studio before left it.
+    ///
+    /// # Errors
+    /// [`StudioError`] if another studio has it.
+    fn own(&self, inner: &mut Inner) -> Result<(), StudioError> {
+        if inner.lock.is_some() {
+            return Ok(());
+        }
+        let folder = self.root.join(crate::OWN);
+        files::make_folder(&folder)?;
+        inner.lock = match lock(&folder) {
+            Ok(lock) => Some(lock),
+            Err(LockError::InUse { process, .. }) => {
+                let process = process.map_or_else(String::new, |process| format!(" (process {process})"));
+                return Err(StudioError::System(format!(
+                    "another studio{process} looks after the jobs of this folder: begin it there, or end that studio"
+                )));
+            }
+            Err(error) => return Err(StudioError::System(error.to_string())),
+        };
+        inner.saved = Self::saved(&self.root)?;
+        Ok(())
     }
 
     fn save(&self, saved: &Saved) -> Result<(), StudioError> {
@@ -110,6 +139,7 @@ impl Queue {
     /// [`StudioError`] if the queue is full or cannot be saved.
     pub(crate) fn add(&self, at: &str, commands: Vec<Vec<String>>) -> Result<u64, StudioError> {
         let mut inner = self.inner();
+        self.own(&mut inner)?;
         if inner.saved.jobs.iter().filter(|job| job.is_open()).count() >= MOST_WAITING {
             return Err(StudioError::System(format!(
                 "{MOST_WAITING} jobs wait in the queue: wait for one, or cancel one"
@@ -142,6 +172,7 @@ impl Queue {
     /// [`StudioError`] if the queue cannot be saved.
     pub(crate) fn remove(&self, number: u64) -> Result<bool, StudioError> {
         let mut inner = self.inner();
+        self.own(&mut inner)?;
         let before = inner.saved.jobs.len();
         inner.saved.jobs.retain(|job| job.number != number || job.state != JobState::Waiting);
         let is_removed = inner.saved.jobs.len() < before;
@@ -198,6 +229,13 @@ impl Queue {
         let mut inner = self.inner();
         if inner.is_closed {
             return;
+        }
+        if inner.lock.is_none() {
+            // What another studio does is shown as it saves it.
+            inner.saved = Self::saved(&self.root).unwrap_or_default();
+            if !inner.saved.jobs.iter().any(Job::is_open) || self.own(&mut inner).is_err() {
+                return;
+            }
         }
         let Some(index) = inner.saved.jobs.iter().position(|job| job.state == JobState::Running) else {
             let waiting = inner.saved.jobs.iter().position(|job| job.state == JobState::Waiting);
@@ -353,8 +391,13 @@ mod tests {
             [long, short].map(|job| first.job(job).unwrap().state),
             [JobState::Running, JobState::Waiting]
         );
-        drop(first);
+        // Another studio shows them, and adds none.
         let second = queue(folder.path(), "sleep");
+        second.advance();
+        assert!(second.add("other", words("0")).unwrap_err().to_string().contains("another studio"));
+        assert_eq!(second.job(long).unwrap().state, JobState::Running);
+        drop(first);
+        second.advance();
         assert_eq!(second.job(short).unwrap().state, JobState::Waiting);
         assert!(second.has("short") && !second.has("none"));
     }

@@ -9,6 +9,7 @@ use tropism::task::Task;
 use tropism::vision::VisionConfig;
 use tropism_bean::tent::Greenhouse;
 use tropism_lab::files::{self, shell_word};
+use tropism_lab::run::alerts_of;
 use tropism_lab::units::plural;
 use tropism_lab::{RunConfig, RunPlan, RunResults};
 use tropism_rig::file::RigFile;
@@ -93,7 +94,9 @@ impl Run {
         let watchdog = std::env::current_exe().ok();
         #[cfg(feature = "studio")]
         let _page = self.studio.map(|address| crate::page::Beside::start(&self.out, address)).transpose()?;
-        let plan = RunPlan { out: self.out, resume: self.resume, speed: self.speed.0, watchdog, config };
+        let rig_file = self.rig.or_else(|| alerts_of(&self.out));
+        let (out, resume, speed) = (self.out, self.resume, self.speed.0);
+        let plan = RunPlan { out, resume, speed, watchdog, rig_file, config };
         if plan.config.is_virtual() {
             shell.note("a virtual plant in a virtual tent");
         }
@@ -126,10 +129,7 @@ impl Run {
             (None, None) => missing("--rig", &self.out),
             (None, Some(found)) => {
                 ensure!(tent.is_none(), "options of the virtual tent go with --rig greenhouse");
-                if !found.rig.is_virtual() {
-                    shell.note("the run folder keeps no alerts: --rig RIG.toml adds those of the rig file");
-                }
-                found.rig.clone()
+                with_alerts(found.rig.clone(), &self.out, shell)
             }
             (Some(path), _) => {
                 self.tent.check_for(&task)?;
@@ -138,6 +138,18 @@ impl Run {
         };
         let seed = self.seed.or(found.map(|found| found.seed)).unwrap_or(1);
         Ok(RunConfig::new(rig, controller, task, seed))
+    }
+}
+
+/// The rig of a run that goes on, with the alerts of its rig file, which its folder does not keep.
+fn with_alerts(rig: RigFile, out: &Path, shell: &Shell) -> RigFile {
+    let Some(file) = alerts_of(out) else { return rig };
+    match files::read_toml::<RigFile>(&file) {
+        Ok(RigFile { alert, page, .. }) => RigFile { alert, page, ..rig },
+        Err(error) => {
+            shell.note(&format!("WITHOUT ALERTS: {error}; --rig RIG.toml names the rig file"));
+            rig
+        }
     }
 }
 

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use tropism_lab::wall::{WallFile, WatchWallPlan, WatchWallResults};
 
 use super::node::parse_broker;
-use crate::progress::execute_and_print;
+use crate::progress::{ProgressMonitor, execute_with};
 use crate::shell::Shell;
 
 /// Watch the nodes of a real wall: journal, warnings, and all lamps dark when they must be
@@ -63,7 +63,11 @@ impl WatchWall {
             most_lit: self.most_lit,
             out: self.out,
         };
-        execute_and_print(&plan, shell, text)
+        let results = execute_with(&plan, &ProgressMonitor::new(shell))?;
+        shell.result(&text(&results), &results)?;
+        let unsure = results.not_dark();
+        ensure!(!plan.dark || unsure.is_empty(), "not known to be dark: {}", unsure.join(", "));
+        Ok(())
     }
 }
 
@@ -93,7 +97,11 @@ fn text(results: &WatchWallResults) -> String {
         text += "all nodes of the path are done\n";
     }
     if let Some(why) = &results.dark {
-        text += &format!("all nodes were switched off: {why}\n");
+        let unsure = results.not_dark();
+        text += &match unsure.as_slice() {
+            [] => format!("all nodes are dark: {why}\n"),
+            _ => format!("all nodes were asked to be dark: {why}; not confirmed by {}\n", unsure.join(", ")),
+        };
     }
     if let Some(journal) = &results.journal {
         text += &format!("wrote {}\n", journal.display());

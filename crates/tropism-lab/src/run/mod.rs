@@ -52,6 +52,9 @@ pub struct RunPlan {
     /// The program `tropism`, which is started as the [watchdog](crate::watchdog) of a real run; without one there is none.
     #[serde(skip)]
     pub watchdog: Option<PathBuf>,
+    /// The rig file whose alerts these are; the run folder keeps its path alone, for alerts hold secrets.
+    #[serde(skip)]
+    pub rig_file: Option<PathBuf>,
     /// Everything that decides the outcome.
     pub config: RunConfig,
 }
@@ -59,7 +62,14 @@ pub struct RunPlan {
 impl Default for RunPlan {
     /// The paper's open-loop experiment in the virtual tent, recorded in the folder `run`.
     fn default() -> Self {
-        Self { out: "run".into(), resume: false, speed: None, watchdog: None, config: RunConfig::default() }
+        Self {
+            out: "run".into(),
+            resume: false,
+            speed: None,
+            watchdog: None,
+            rig_file: None,
+            config: RunConfig::default(),
+        }
     }
 }
 
@@ -75,6 +85,15 @@ const SPEED: &str = "speed";
 pub fn speed_of(folder: &Path) -> Option<f64> {
     let speed: f64 = files::read_text(&folder.join(SPEED)).ok()?.trim().parse().ok()?;
     SPEEDS.contains(&speed).then_some(speed)
+}
+
+/// The file with the path of the rig file whose alerts a run has.
+const ALERTS_OF: &str = "alerts-of";
+
+/// The rig file whose alerts the run in `folder` had last; `None` if it had none.
+#[must_use]
+pub fn alerts_of(folder: &Path) -> Option<PathBuf> {
+    Some(PathBuf::from(files::read_text(&folder.join(ALERTS_OF)).ok()?.trim_end_matches('\n')))
 }
 
 /// What a run left.
@@ -113,6 +132,10 @@ impl RunPlan {
     /// Runs in `folder`, or resumes the run there, and leaves the light as it is to be on exit.
     fn record(&self, folder: RunFolder, alerts: &Alerts, monitor: &dyn Monitor) -> Result<Track, Error> {
         let (rig, out) = (&self.config.rig, &*self.out);
+        if let Some(file) = self.rig_file.as_deref().filter(|_| !rig.alert.is_empty()) {
+            let file = std::path::absolute(file).map_err(Error::at(file.display()))?;
+            files::write(&out.join(ALERTS_OF), format!("{}\n", file.display()).as_bytes())?;
+        }
         let pace = self.pace(monitor)?;
         let mut watchdog = None;
         let mut monitors: Vec<Box<dyn RunMonitor + '_>> =

@@ -82,12 +82,22 @@ pub struct WatchWallResults {
     pub nodes: Vec<WatchedNode>,
     /// Whether all nodes of the path are done.
     pub is_done: bool,
-    /// Why all nodes were switched off, if they were.
+    /// Why all nodes were asked to be dark, if they were.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dark: Option<String>,
     /// The journal, if one was written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub journal: Option<PathBuf>,
+}
+
+impl WatchWallResults {
+    /// Names of the nodes of which it is not known that they are dark: they said last that they are lit, or are on the path and
+    /// said nothing.
+    #[must_use]
+    pub fn not_dark(&self) -> Vec<&str> {
+        let is_unsure = |node: &&WatchedNode| node.latest.map_or(node.is_on_path, |latest| latest.level > 0);
+        self.nodes.iter().filter(is_unsure).map(|node| node.name.as_str()).collect()
+    }
 }
 
 impl Workflow for WatchWallPlan {

@@ -157,8 +157,11 @@ pub(super) async fn photographs(
     work_on(&studio, move |studio| {
         let folder = resolve_kind(&studio.root, &at, Kind::Run)?.join("photographs");
         let entries = std::fs::read_dir(&folder).map_err(|_| Refusal::missing("no photograph yet"))?;
+        // A link may lead out of the folder of the studio.
+        let is_file = |entry: &std::fs::DirEntry| entry.file_type().is_ok_and(|kind| kind.is_file());
         let mut paths: Vec<(String, u64)> = entries
             .flatten()
+            .filter(is_file)
             .filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.metadata().ok()?.len())))
             .filter(|(name, _)| is_photograph(name))
             .collect();
