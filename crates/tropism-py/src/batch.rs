@@ -31,11 +31,15 @@ use tropism_bean::{Bean, Population, lamp_powers};
 
 use crate::error::refused;
 use crate::model::Model;
+use crate::parts::check_period;
 use crate::tent::{opened_for, task_of};
 use crate::threads::check_fork;
 
 /// Most plants of a shard. Chosen by measurement: beans of about as many segments find each other in the vector lanes.
 const MOST_IN_SHARD: usize = 128;
+
+/// Most plants of a batch: chosen, what fits into the memory of a large machine.
+const MOST_PLANTS: usize = 1_000_000;
 
 /// Arrays of one step of many plants: observations, rewards, terminated, truncated.
 type Steps<'py> = (
@@ -498,8 +502,8 @@ impl Batch {
         count: usize,
         plants: impl Fn(usize) -> Box<dyn Plants>,
     ) -> PyResult<Self> {
-        if count == 0 {
-            return Err(refused("there are no plants"));
+        if !(1..=MOST_PLANTS).contains(&count) {
+            return Err(refused(format!("found {count} plants, wanted 1 to {MOST_PLANTS}")));
         }
         let nothing = Observation::simulated(episodes.task.start);
         let place = Place {
@@ -602,9 +606,7 @@ impl Batch {
             };
             return Err(refused(format!("task: found a task {found}, wanted {wanted}")));
         }
-        if !(0.01..=1440.0).contains(&period_min) {
-            return Err(refused(format!("found period_min {period_min}, wanted 0.01 to 1440")));
-        }
+        check_period(period_min)?;
         let senses = Senses {
             has_detector,
             has_stem: sight == Sight::Obstacles || task.is_about_stem(),

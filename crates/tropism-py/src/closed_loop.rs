@@ -26,7 +26,7 @@ use tropism_lab::ControllerSpec;
 use crate::error::{TropismError, parsed, refused};
 use crate::model::Model;
 use crate::neat::Genome;
-use crate::parts::{Device, PythonController, PythonModel, Trouble, any_task};
+use crate::parts::{Device, PythonController, PythonModel, Trouble, any_task, check_period};
 use crate::threads::check_fork;
 use crate::track::Track;
 
@@ -143,6 +143,7 @@ pub(crate) fn grow_loop(
 ) -> PyResult<(Track, f64)> {
     let trouble = Trouble::default();
     let task = any_task(task, &trouble)?;
+    check_period(period_min)?;
     let greenhouse: Greenhouse = parsed("greenhouse", greenhouse)?;
     let greenhouse = greenhouse.for_task(&task).among(&task.solids());
     greenhouse.check().map_err(refused)?;
@@ -186,6 +187,7 @@ pub(crate) fn rig_loop<'py>(
 ) -> PyResult<(Track, f64)> {
     let trouble = Trouble::default();
     let task = any_task(task, &trouble)?;
+    check_period(period_min)?;
     if task.is_in_space() && side.is_none() {
         return Err(refused("a task in space needs a second camera (`side`)"));
     }

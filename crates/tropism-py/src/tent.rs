@@ -21,7 +21,7 @@ use tropism_bean::tent::{Greenhouse, TentHandle};
 use tropism_bean::view::CAMERA;
 
 use crate::error::{TropismError, parsed, refused};
-use crate::parts::light_of;
+use crate::parts::{check_drawn, check_period, light_of};
 use crate::threads::check_fork;
 
 /// The pixels of an image: (height, width, 3).
@@ -48,9 +48,7 @@ pub(crate) fn greenhouse_for(task: &str, greenhouse: &str) -> PyResult<String> {
 pub(crate) fn task_of(json: &str) -> PyResult<Task> {
     let task: Task = parsed("task", json)?;
     task.check().map_err(refused)?;
-    if task.is_to_draw() {
-        return Err(refused("these targets are still to be drawn; `tropism.transfer` draws them"));
-    }
+    check_drawn(&task)?;
     Ok(task)
 }
 
@@ -80,6 +78,7 @@ impl Tent {
     #[new]
     #[pyo3(signature = (greenhouse, seed, period_min, task="{}"))]
     fn new(greenhouse: &str, seed: u64, period_min: f64, task: &str) -> PyResult<Self> {
+        check_period(period_min)?;
         let greenhouse = opened_for(&task_of(task)?, greenhouse)?;
         let (handle, _) = greenhouse.open(seed, period_min, &VisionConfig::default()).map_err(refused)?;
         Ok(Self { handle, greenhouse })

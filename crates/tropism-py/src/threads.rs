@@ -6,6 +6,11 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::error::refused;
+
+/// Threads of a pool at most, as on the command line.
+const MOST: usize = 1024;
+
 /// The process in which threads were first used; 0 before.
 static STARTED_IN: AtomicU32 = AtomicU32::new(0);
 
@@ -25,6 +30,9 @@ pub(crate) fn check_fork() -> PyResult<()> {
 /// A pool of `count` threads; `None` is that of the process, with a thread a core.
 pub(crate) fn pool(count: Option<usize>) -> PyResult<Option<ThreadPool>> {
     check_fork()?;
+    if let Some(count) = count.filter(|count| !(1..=MOST).contains(count)) {
+        return Err(refused(format!("threads: found {count}, wanted 1 to {MOST}")));
+    }
     let build = |count| ThreadPoolBuilder::new().num_threads(count).build();
     count.map(build).transpose().map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }

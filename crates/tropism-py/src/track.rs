@@ -6,7 +6,7 @@ use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use tropism::geometry::STEM_POINTS;
-use tropism::task::Task;
+use tropism::geometry::path::resampled;
 use tropism::track::Values;
 use tropism_lab::files;
 
@@ -18,6 +18,7 @@ use tropism::track::{Column, Sample};
 
 use crate::error::{of_file, parsed, refused};
 use crate::parts;
+use crate::tent::task_of;
 
 /// All of a track, to the bit: what `pickle` and constructors exchange. Numbers that are missing are null.
 #[derive(Serialize, Deserialize)]
@@ -119,7 +120,7 @@ impl Whole {
                 step: self.step[row],
                 time_s: self.time_s[row],
                 tip: self.tips[row],
-                stem: stem.map(|points| Polyline(points.into_iter().map(Point::from).collect())),
+                stem: stem.map(ten_points),
                 depth: self.depths[row].take(),
                 light: light.transpose()?,
                 levels: None,
@@ -139,6 +140,16 @@ impl Whole {
             columns.push(Column { name, values });
         }
         Ok(tropism::track::Track { layout: self.layout, period_min: self.period_min, samples, columns })
+    }
+}
+
+/// A stem of ten points, as track files have it.
+fn ten_points(points: Vec<[f64; 2]>) -> Polyline {
+    let points: Vec<Point> = points.into_iter().map(Point::from).collect();
+    if points.len() == STEM_POINTS || points.len() < 2 {
+        Polyline(points)
+    } else {
+        Polyline(resampled(&points, STEM_POINTS))
     }
 }
 
@@ -259,6 +270,14 @@ impl Track {
 
     /// The fitness for a task (JSON), eq. (9) for one with targets, in cm.
     fn fitness(&self, task: &str) -> PyResult<f64> {
-        Ok(parsed::<Task>("task", task)?.fitness(&self.0))
+        let task = task_of(task)?;
+        let any = |is: fn(&Sample) -> bool| self.0.samples.iter().any(is);
+        if task.is_about_stem() && !any(|sample| sample.stem.is_some()) {
+            return Err(refused("task: it is scored by the stem, and this track has none"));
+        }
+        if task.is_in_space() && !any(|sample| sample.depth.is_some()) {
+            return Err(refused("task: it is in space, and this track has no depth"));
+        }
+        Ok(task.fitness(&self.0))
     }
 }

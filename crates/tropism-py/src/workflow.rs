@@ -473,6 +473,12 @@ pub(crate) fn read_controller(path: PathBuf) -> PyResult<String> {
     tropism_lab::ControllerSpec::read(&path).map(|spec| json(&spec)).map_err(of_lab)
 }
 
+/// The task for a controller (JSON) where none is named: the one that it was made for, an open-loop experiment, or the paper's.
+#[pyfunction]
+pub(crate) fn default_task(controller: &str) -> PyResult<String> {
+    Ok(json(&parsed::<tropism_lab::ControllerSpec>("controller", controller)?.default_task()))
+}
+
 /// The plants of a bean file, such as `beans/sunflower.toml`, as the JSON of a greenhouse's `bean`.
 #[pyfunction]
 pub(crate) fn read_species(path: PathBuf) -> PyResult<String> {
@@ -515,5 +521,6 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(work_units, module)?)?;
     module.add_function(wrap_pyfunction!(absolute_plan, module)?)?;
     module.add_function(wrap_pyfunction!(work_has_begun, module)?)?;
+    module.add_function(wrap_pyfunction!(default_task, module)?)?;
     module.add_function(wrap_pyfunction!(read_controller, module)?)
 }

@@ -383,3 +383,14 @@ def test_a_picture_shows_the_plant_and_its_targets() -> None:
         picture = env.render()
         assert picture.shape == (324, 432, 3) and picture.dtype == np.uint8
         assert (picture == (230, 60, 60)).all(axis=2).sum() > 50
+
+
+def test_vectors_are_as_long_as_single_environments_and_take_whole_seeds() -> None:
+    many = gymnasium.make_vec("tropism/TipModel-v0", num_envs=2, max_episode_steps=3000)
+    assert many.unwrapped.task["max_steps"] == 1000
+    with pytest.raises(tropism.errors.WrongTypeError, match="wanted whole numbers"):
+        many.reset(seed=[1.5, 2.5])
+    with pytest.raises(tropism.PlanError, match="wanted 1 to 1000000"):
+        gymnasium.make_vec("tropism/Bean-v0", num_envs=10**12)
+    with pytest.raises(tropism.PlanError, match="max_episode_steps: found -1"):
+        gymnasium.make_vec("tropism/Bean-v0", num_envs=2, max_episode_steps=-1)

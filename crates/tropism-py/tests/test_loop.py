@@ -307,3 +307,22 @@ def test_a_model_comes_back_from_its_file(tmp_path: Path) -> None:
     assert loop.simulate(again, seed=3) == loop.simulate(model, seed=3)
     with pytest.raises(tropism.PlanError, match="wanted tip, stem, space"):
         Model.of_virtual_beans("lstm", plants=1, steps=10)
+
+
+class Nowhere(Leaning):
+    """A model that sees no number."""
+
+    def observe(self, plant: Any) -> Any:
+        return (math.nan, 5.0)
+
+
+def test_numbers_that_are_none_and_periods_of_no_clock_are_refused() -> None:
+    with pytest.raises(tropism.PlanError, match="wanted finite numbers"):
+        loop.simulate(Nowhere(), "greedy", {"max_steps": 3})
+    for period in (-5.0, 0.0, math.nan, math.inf, 1e7):
+        with pytest.raises(tropism.PlanError, match=r"period_min .*, wanted 0\.01 to 1440"):
+            loop.grow("greedy", {"max_steps": 2}, period_min=period)
+        with pytest.raises(tropism.PlanError, match=r"period_min .*, wanted 0\.01 to 1440"):
+            Tent(period_min=period)
+    with pytest.raises(tropism.PlanError, match="still to be drawn"):
+        loop.grow("greedy", {"kind": "random_targets", "count": 3})

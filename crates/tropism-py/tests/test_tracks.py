@@ -69,3 +69,23 @@ def test_a_run_is_its_photographs(tmp_path: Path) -> None:
     np.testing.assert_array_equal([photograph.tip for photograph in photographs], run.track.tips)
     with pytest.raises(tropism.PlanError, match=r"no run\.toml"):
         Run(tmp_path)
+
+
+def test_stems_of_other_numbers_of_points_are_resampled(tmp_path: Path) -> None:
+    stems = np.arange(90.0).reshape(3, 15, 2)
+    track = Track.from_arrays(np.zeros((3, 2)), ["left"] * 3, stems=stems)
+    assert track.stems[0, -1].tolist() == [28.0, 29.0] and track.stems.shape == (3, 10, 2)
+    track.write(tmp_path / "stems.csv")
+    assert np.allclose(Track.read(tmp_path / "stems.csv").stems, track.stems, atol=1e-5)
+
+
+def test_a_track_is_scored_by_what_it_has(track: Track) -> None:
+    flat = Track.from_arrays(np.zeros((3, 2)), ["left"] * 3)
+    disc = {"targets": [[1, 6]], "obstacles": [{"disc": [0, 5], "radius_cm": 1}]}
+    for task, wanted in [
+        (disc, "scored by the stem"),
+        ({"targets": [[3, 6], [1, 2]]}, "targets"),
+        ({"kind": "random_targets", "count": 3}, "still to be drawn"),
+    ]:
+        with pytest.raises(tropism.PlanError, match=wanted):
+            flat.fitness(task)

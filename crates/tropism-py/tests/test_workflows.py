@@ -351,3 +351,12 @@ def test_a_small_study_has_its_report(tmp_path: Path) -> None:
     assert_typed(results)
     assert results.many_greedy.plants == 4 and results.reality_champion.plants == 1
     assert tropism.resume(tmp_path / "study", "study", monitor=False) == results
+
+
+def test_a_steering_controller_has_its_task_and_threads_have_a_bound(tmp_path: Path) -> None:
+    grown = tropism.grow(plants=1, seed=5, controller="greedy", out=tmp_path / "g")
+    assert grown.mean_fitness is not None and grown.mean_fitness > 5.0
+    plan = tropism.plans.RunPlan(config={"controller": "greedy"}, out=tmp_path / "r")
+    assert plan.to_dict()["config"]["task"]["targets"] == [[3.0, 6.0], [-5.0, 9.0], [-1.0, 13.5]]
+    with pytest.raises(tropism.PlanError, match="threads: found 2000, wanted 1 to 1024"):
+        tropism.grow(plants=1, out=tmp_path / "t", threads=2000)

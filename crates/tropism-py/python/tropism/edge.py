@@ -139,7 +139,19 @@ def run_config(value: Any, place: str = "config") -> dict[str, Any]:
     for key, role in (("task", task), ("controller", controller)):
         if key in given:
             given[key] = role(value[key] if isinstance(value, Mapping) else given[key], f"{place}.{key}")
+    if "controller" in given and "task" not in given:
+        given["task"] = task_for(given["controller"])
     return {**config, **given}
+
+
+def task_for(controller: Settings) -> dict[str, Any]:
+    """The task for a controller where none is named: the one that it was made for, an open-loop experiment, or the paper's.
+
+    >>> task_for({"kind": "greedy"})["targets"]
+    [[3.0, 6.0], [-5.0, 9.0], [-1.0, 13.5]]
+    """
+    found: dict[str, Any] = json.loads(_core.default_task(json.dumps(controller)))
+    return found
 
 
 def task(value: Any, place: str = "task") -> dict[str, Any]:

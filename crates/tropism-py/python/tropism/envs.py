@@ -52,6 +52,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+import operator
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, TypeAlias, cast
@@ -65,7 +66,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from tropism import _core, edge
-from tropism._register import register_envs
+from tropism._register import MAX_STEPS, register_envs
 from tropism.errors import PlanError, WrongTypeError
 from tropism.models import Model
 
@@ -140,8 +141,10 @@ def _limited(task: str, max_episode_steps: int | None) -> str:
     """A task with at most so many steps: the wrapper TimeLimit, which there is for single environments alone."""
     if max_episode_steps is None:
         return task
+    if max_episode_steps < 1:
+        raise PlanError(f"max_episode_steps: found {max_episode_steps}, wanted 1 or more")
     settings = json.loads(task)
-    return json.dumps({**settings, "max_steps": min(settings.get("max_steps", max_episode_steps), max_episode_steps)})
+    return json.dumps({**settings, "max_steps": min(settings.get("max_steps", MAX_STEPS), max_episode_steps)})
 
 
 def _greenhouse(greenhouse: edge.AnySettings | None) -> str:
@@ -549,7 +552,10 @@ class _SideBySide(_Remembers, VectorEnv[Any, NDArray[np.int64], NDArray[Any]]):
         if len(seed) != self.num_envs:
             raise PlanError(f"seed: found {len(seed)} seeds, wanted one, or {self.num_envs}")
         drawn = self.np_random.integers(2**32, size=len(seed))
-        return [int(new if own is None else own) for own, new in zip(seed, drawn, strict=True)]
+        try:
+            return [int(new) if own is None else operator.index(own) for own, new in zip(seed, drawn, strict=True)]
+        except TypeError as error:
+            raise WrongTypeError(f"seed: found {seed!r}, wanted whole numbers") from error
 
     def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_] | None:
         """The plants that `reset` is to begin, of `options["reset_mask"]`."""

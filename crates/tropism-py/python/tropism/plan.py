@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Generic, Literal, TypeVar, cast
 
 from tropism import _core
-from tropism.edge import Edge, plain
+from tropism.edge import Edge, plain, task_for
 from tropism.errors import TropismError, of_call
 from tropism.monitor import Monitor, Progress
 from tropism.results import Results
@@ -24,9 +24,9 @@ class Plan(Generic[_R]):
     `monitor` and `threads` change no result and are no part of the plan's JSON.
 
     >>> import tropism
-    >>> plan = tropism.plans.GrowPlan(plants=3, controller="greedy")
+    >>> plan = tropism.plans.GrowPlan(plants=3, seed=2)
     >>> plan.to_dict()
-    {'plants': 3, 'controller': {'kind': 'greedy'}}
+    {'plants': 3, 'seed': 2}
     >>> plan.complete()["period_min"]
     5.0
     """
@@ -65,6 +65,8 @@ class Plan(Generic[_R]):
             if isinstance(value, range) and value.step == 1:
                 value = {"start": value.start, "end": value.stop}
             values[key] = plain(value, key) if role is None else edge.converted(role, value, key)
+        if self.workflow == "grow" and "controller" in values and "task" not in values:
+            values["task"] = task_for(values["controller"])
         return values
 
     def to_dict(self) -> dict[str, Any]:

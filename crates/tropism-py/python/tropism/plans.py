@@ -1331,6 +1331,7 @@ class TimelapsePlan(Plan[TimelapseResults]):
     every: int | None = None
     crop: Any | None = None
     plain: bool | None = None
+    replace: bool | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -1566,7 +1567,7 @@ def baseline(
 def calibrate(
     tracks: AnyTrack | Sequence[AnyTrack],
     *,
-    interval_min: float = 5.0,
+    interval_min: float | None = None,
     species: AnySettings | None = None,
     resume: bool = False,
     out: PathLike | None = None,
@@ -1579,8 +1580,8 @@ def calibrate(
     ----------
     tracks : AnyTrack | Sequence[AnyTrack]
         Track files (CSV), a plant each, or folders of runs or tracks.
-    interval_min : float, default 5.0
-        Minutes between the rows of the tracks, 0.1 to 120.
+    interval_min : float, default None
+        Minutes between the rows of the tracks, 0.1 to 120; as their times say if it is left out.
     species : AnySettings, default None: the paper's
         Species of the plants: the prior of the estimates.
     resume : bool, default False
@@ -2023,9 +2024,9 @@ def forecast(
     plants : int, default 12
         Number of virtual beans, 1 to 10000, the same ones under each kind of light.
     horizons_min : Sequence[float], default [5.0, 60.0, 360.0]
-        Time of the forecasts, in minutes after the start.
+        Time of the forecasts, in minutes after the start; rounded to whole steps.
     interval_min : float, default 60.0
-        Time from one start to the next, in minutes.
+        Time from one start to the next, in minutes; rounded to whole steps.
     greenhouse : AnySettings, default None: the paper's
         Species and variation of the virtual beans, and their lamps.
     seed : int, default 1
@@ -3017,6 +3018,7 @@ def timelapse(
     every: int | None = None,
     crop: Any | None = None,
     plain: bool = False,
+    replace: bool = False,
     monitor: Monitor | Literal[False] | None = None,
     threads: int | None = None,
 ) -> TimelapseResults:
@@ -3038,6 +3040,8 @@ def timelapse(
         The part of the photographs that is shown; all of it if it is left out.
     plain : bool, default False
         Whether nothing is drawn into the photographs but the label of a virtual plant.
+    replace : bool, default False
+        Whether a film or a picture that is there is replaced.
     monitor : Monitor or False, default None
         What hears of the work: None shows progress on stderr, False shows nothing.
     threads : int, default None
@@ -3069,6 +3073,7 @@ def timelapse(
             every=every,
             crop=crop,
             plain=plain,
+            replace=replace,
             monitor=monitor,
             threads=threads,
         )

@@ -54,7 +54,11 @@ def sweep(
         config["grid"] = dict(grid)
     if model is not None:
         config["model"] = os.path.abspath(os.fspath(model))
-    chosen = replace(chosen, config=config, monitor=monitor, threads=threads)
+    chosen = replace(chosen, config=config)
+    if monitor is not None:
+        chosen = replace(chosen, monitor=monitor)
+    if threads is not None:
+        chosen = replace(chosen, threads=threads)
     if out is not None:
         chosen = replace(chosen, out=out)
     if resume is not None:
@@ -71,7 +75,7 @@ def sweep(
         chosen,
         address=address,
         workers=workers,
-        threads=threads or 1,
+        threads=chosen.threads or 1,
         retries=retries,
         storage_options=storage_options,
     )

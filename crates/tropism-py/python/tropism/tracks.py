@@ -162,7 +162,7 @@ class Track:
             Numbers of the steps, by default from 0; and seconds since the start, by default of the steps.
         quality : str or list of str, default "measured"
             measured, carried_forward or simulated, for all rows or for each.
-        stems : array (rows, points, 2)
+        stems : array (rows, points, 2), resampled to ten points
             Points of the stem from the base up, in cm; NaN where none was seen.
         lamps : list of dict
             Name and place (`at`: x, y, z in cm) of each lamp; by default the paper's two, or four where front or back is lit.
