@@ -631,6 +631,7 @@ fn real(path: &Path, wrong: Wrong, policy: FaultPolicy, ends_at: Option<u32>) ->
         lamps_in_view: Some(LampsInView::default()),
         programme: None,
         light: LightLimits::default(),
+        last_step: STEPS,
         monitor: Box::new(log.clone()),
     };
     let (mut world, hand) = open_with(path, true, Wrong { is_real: true, ..wrong }, supervision).unwrap();
@@ -714,6 +715,26 @@ fn a_camera_that_never_comes_back_pauses_the_run_which_can_be_gone_on_with() {
 }
 
 #[test]
+fn a_run_is_over_at_its_last_step_also_if_nothing_is_seen_then() {
+    // The camera fails to the end and beyond: before the run would be paused, it is over.
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = Wrong { camera_fails: 190..10_000, ..Wrong::default() };
+    let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
+    let track = outcome.track.unwrap();
+    assert_eq!(steps(&track), (0..=40).chain([STEPS]).collect::<Vec<_>>());
+    assert!(track.samples[41].is_dark() && outcome.hand.0.borrow().lit.is_none());
+    // The program is down from step 10 until long after the end.
+    let folder = tempfile::tempdir().unwrap();
+    let broken = real(folder.path(), Wrong::default(), FaultPolicy::default(), Some(30));
+    assert!(matches!(broken.track, Err(RecordError::Stopped)));
+    let last = broken.rows.last().unwrap().step;
+    let late = Wrong { opens: 600.0, ..Wrong::default() };
+    let track = real(folder.path(), late, FaultPolicy::default(), None).track.unwrap();
+    assert_eq!(steps(&track), (0..=last).chain([STEPS]).collect::<Vec<_>>());
+    assert_eq!(track.samples.last().unwrap().quality.name(), "carried_forward");
+}
+
+#[test]
 fn a_paused_run_is_not_paused_again_by_what_its_user_has_seen() {
     let folder = tempfile::tempdir().unwrap();
     let wrong = || Wrong { camera_fails: 50..10_000, ..Wrong::default() };
@@ -767,6 +788,7 @@ fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
             let supervision = Supervision {
                 programme: programme.clone(),
                 light: LightLimits::default(),
+                last_step: STEPS,
                 policy: FaultPolicy { hold_steps: 3, on_fault, ..FaultPolicy::unlimited() },
                 monitor: Box::new(EventLog { ends_at, ..EventLog::default() }),
                 lamps_in_view: None,

@@ -45,6 +45,8 @@ pub struct Supervision<'a> {
     pub programme: Option<Programme>,
     /// Light at most in any 24 hours.
     pub light: LightLimits,
+    /// Number of the step at which the run is over at the latest, seen or not: nothing is decided there.
+    pub last_step: u32,
     /// Who hears of events, and may ask for an end.
     pub monitor: Box<dyn RunMonitor + 'a>,
 }
@@ -57,6 +59,7 @@ impl Default for Supervision<'_> {
             lamps_in_view: None,
             programme: None,
             light: LightLimits::default(),
+            last_step: u32::MAX,
             monitor: Box::new(NoMonitor),
         }
     }
@@ -267,7 +270,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
 
     /// Whether the plant was detected too long ago for a decision at `step`.
     fn is_undecidable(&self, step: u32) -> bool {
-        self.is_carried_too_long(self.last_measured, step)
+        step < self.supervision.last_step && self.is_carried_too_long(self.last_measured, step)
     }
 
     /// Whether a tip that was measured at the step `measured` may not be carried forward at `step` any more.

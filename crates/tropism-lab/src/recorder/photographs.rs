@@ -28,6 +28,12 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
                 continue;
             }
             let begun = self.rig.clock().now();
+            let step = self.rig.next_step();
+            if step >= self.supervision.last_step && self.replay.has_begun() && self.overdue(step).is_some() {
+                let text = "the end of the run passed meanwhile; the last detection stands in";
+                self.report_at(step, EventKind::Camera, text.to_owned())?;
+                return Ok((self.rig.no_photograph(), begun));
+            }
             let error = match self.rig.photograph() {
                 Ok(frame) => return Ok((self.retake_if_dark(frame)?, begun)),
                 // At the first step there is no earlier tip that could be carried forward.
@@ -35,7 +41,6 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
                 Err(error) => error,
             };
             self.health.streaks.camera += 1;
-            let step = self.rig.next_step();
             if !self.is_undecidable(step) {
                 self.report_at(step, EventKind::Camera, format!("{error}; the last detection stands in"))?;
                 return Ok((self.rig.no_photograph(), begun));
@@ -84,23 +89,43 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
 
     /// Misses the steps that would begin too late. Returns whether there were any.
     fn miss_overdue_steps(&mut self) -> Result<bool, RecordError> {
-        let Some(now) = self.rig.clock().now() else { return Ok(false) };
-        let period_s = self.rig.due(1).as_secs_f64();
-        // At most one photograph in a period, however short it is, unless no step is ever too late.
-        let (step, wanted_s) = (self.rig.next_step(), self.supervision.policy.late_s);
-        let late_s = if wanted_s.is_finite() { wanted_s.min(period_s) } else { wanted_s };
-        let now_s = now.since_start.as_secs_f64();
-        let by_s = now_s - self.rig.due(step).as_secs_f64();
-        if by_s > late_s {
-            let next = ((now_s - late_s) / period_s).ceil() as u32;
+        let (step, last) = (self.rig.next_step(), self.supervision.last_step);
+        let late_s = self.most_late_s();
+        if let Some(by_s) = self.overdue(step) {
+            if step >= last {
+                return Ok(false);
+            }
+            let next = ((self.rig.due(step).as_secs_f64() + by_s - late_s) / self.period_s()).ceil() as u32;
             let reason = format!("step {step} would be {by_s:.0} s late, more than {late_s}");
-            self.miss(next.max(step + 1), &reason)?;
+            self.miss(next.max(step + 1).min(last), &reason)?;
             return Ok(true);
         }
-        if by_s > late_s / 2.0 {
+        let by_s = self.late_by_s(step).filter(|by_s| *by_s > late_s / 2.0);
+        if let Some(by_s) = by_s {
             self.report_at(step, EventKind::Late, format!("step {step} begins {by_s:.0} s late"))?;
         }
         Ok(false)
+    }
+
+    fn period_s(&self) -> f64 {
+        self.rig.due(1).as_secs_f64()
+    }
+
+    /// Seconds by which a step may begin late. At most one photograph in a period, however short it is, unless no step is ever
+    /// too late.
+    fn most_late_s(&self) -> f64 {
+        let wanted_s = self.supervision.policy.late_s;
+        if wanted_s.is_finite() { wanted_s.min(self.period_s()) } else { wanted_s }
+    }
+
+    /// Seconds by which `step` would begin late now; `None` of a tent without a clock.
+    fn late_by_s(&self, step: u32) -> Option<f64> {
+        Some(self.rig.clock().now()?.since_start.as_secs_f64() - self.rig.due(step).as_secs_f64())
+    }
+
+    /// The same where that is too late.
+    fn overdue(&self, step: u32) -> Option<f64> {
+        self.late_by_s(step).filter(|by_s| *by_s > self.most_late_s())
     }
 
     /// Misses the steps before `next`. The event is of the last of them: a run that is resumed goes on after it.

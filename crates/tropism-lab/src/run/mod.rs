@@ -158,6 +158,7 @@ impl RunPlan {
             lamps_in_view: rig.lamps_in_view.clone(),
             programme: rig.programme().map_err(Error::at("rig"))?,
             light: LightLimits::of(rig),
+            last_step: self.config.task.max_steps,
             monitor: Box::new(monitors),
         };
         let mut recorder = Recorder::new(open.rig, folder, supervision)?;
