@@ -50,7 +50,7 @@ pub struct Tokens {
 }
 
 /// The file of the hashes.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Hashes {
     schema: String,
@@ -77,10 +77,16 @@ struct Wrong {
 /// Sessions and the hashes that open them.
 pub(crate) struct Access {
     /// `None` on loopback: whoever reaches it may change things.
-    hashes: Option<Hashes>,
+    known: Option<Known>,
     sessions: Mutex<BTreeMap<String, Session>>,
     wrong: Mutex<BTreeMap<IpAddr, Wrong>>,
     open: Session,
+}
+
+/// The file of the hashes, and what it said last.
+struct Known {
+    path: PathBuf,
+    latest: Mutex<(String, Hashes)>,
 }
 
 /// Why nobody was let in.
@@ -128,39 +134,60 @@ pub fn new_tokens(folder: &Path) -> Result<Tokens, StudioError> {
     Ok(tokens)
 }
 
+/// What the file `path` of the hashes says.
+fn hashes_of(path: &Path, text: &str) -> Result<Hashes, StudioError> {
+    let problem = |problem: String| StudioError::Access { path: path.to_owned(), problem };
+    check_private(path).map_err(problem)?;
+    let hashes: Hashes = serde_json::from_str(text).map_err(|error| problem(error.to_string()))?;
+    for hash in [&hashes.change, &hashes.look] {
+        if hash.len() != 64 || !hash.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+            return Err(problem(format!(
+                "found {hash:?}, wanted the 64 digits of a SHA-256; make new tokens by --new-tokens"
+            )));
+        }
+    }
+    Ok(hashes)
+}
+
 impl Access {
     /// Without tokens, for the computer alone.
     pub(crate) fn open() -> Result<Self, StudioError> {
         let open = Session { right: Right::Change, csrf: random_word()?, began: Instant::now() };
-        Ok(Self { hashes: None, sessions: Mutex::default(), wrong: Mutex::default(), open })
+        Ok(Self { known: None, sessions: Mutex::default(), wrong: Mutex::default(), open })
     }
 
     /// With the tokens whose hashes are in the folder of the studio.
     pub(crate) fn with_tokens(folder: &Path) -> Result<Self, StudioError> {
         let path = path(folder);
-        let problem = |problem: String| StudioError::Access { path: path.clone(), problem };
         let text = files::read_text(&path)?;
-        check_private(&path).map_err(problem)?;
-        let hashes: Hashes = serde_json::from_str(&text).map_err(|error| problem(error.to_string()))?;
-        for hash in [&hashes.change, &hashes.look] {
-            if hash.len() != 64 || !hash.bytes().all(|digit| digit.is_ascii_hexdigit()) {
-                return Err(problem(format!(
-                    "found {hash:?}, wanted the 64 digits of a SHA-256; make new tokens by --new-tokens"
-                )));
-            }
-        }
-        Ok(Self { hashes: Some(hashes), ..Self::open()? })
+        let hashes = hashes_of(&path, &text)?;
+        let known = Known { path, latest: Mutex::new((text, hashes)) };
+        Ok(Self { known: Some(known), ..Self::open()? })
     }
 
     pub(crate) const fn asks_for_token(&self) -> bool {
-        self.hashes.is_some()
+        self.known.is_some()
+    }
+
+    /// The hashes as the file says now. Where new tokens were made, all sessions of the old ones end.
+    fn hashes(&self) -> Option<Hashes> {
+        let known = self.known.as_ref()?;
+        let text = files::read_text(&known.path).ok()?;
+        let mut latest = locked(&known.latest);
+        if latest.0 != text {
+            locked(&self.sessions).clear();
+            let hashes = hashes_of(&known.path, &text).ok()?;
+            *latest = (text, hashes);
+        }
+        Some(latest.1.clone())
     }
 
     /// The session that a cookie names; that of everybody where no token is asked for.
     pub(crate) fn session(&self, cookie: Option<&str>) -> Option<Session> {
-        if self.hashes.is_none() {
+        if !self.asks_for_token() {
             return Some(self.open.clone());
         }
+        self.hashes()?;
         let sessions = locked(&self.sessions);
         sessions.get(cookie?).filter(|session| session.began.elapsed() < SESSION).cloned()
     }
@@ -190,7 +217,7 @@ impl Access {
             return Err(LogInError::Wait(seconds));
         }
         let hash = hash(token);
-        let right = self.hashes.as_ref().and_then(|hashes| {
+        let right = self.hashes().and_then(|hashes| {
             let rights = [(&hashes.change, Right::Change), (&hashes.look, Right::Look)];
             rights.into_iter().find(|(of, _)| **of == hash).map(|(_, right)| right)
         });
@@ -287,6 +314,21 @@ mod tests {
         }
         let text = std::fs::read_to_string(path(folder.path())).unwrap();
         assert!(!text.contains(&tokens.change) && !text.contains(&tokens.look));
+    }
+
+    #[test]
+    fn new_tokens_end_what_the_old_ones_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        let old = new_tokens(folder.path()).unwrap();
+        let access = Access::with_tokens(folder.path()).unwrap();
+        let cookie = access.log_in(&old.change, HERE).unwrap();
+        let new = new_tokens(folder.path()).unwrap();
+        assert!(access.session(Some(&cookie)).is_none());
+        assert!(access.log_in(&old.change, HERE).is_err() && access.looks(&old.look, HERE).is_none());
+        let cookie = access.log_in(&new.change, HERE).unwrap();
+        assert_eq!(access.session(Some(&cookie)).unwrap().right, Right::Change);
+        std::fs::remove_file(path(folder.path())).unwrap();
+        assert!(access.session(Some(&cookie)).is_none(), "without the file nobody is let in");
     }
 
     #[test]
