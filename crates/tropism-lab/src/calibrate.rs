@@ -19,7 +19,7 @@ use crate::{Error, Monitor, Workflow, files};
 const NINETY_PERCENT: f64 = 1.645;
 
 /// Estimates the parameters of plants from their open-loop tracks.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CalibratePlan {
     /// Track files (CSV), a plant each, or folders of runs or tracks.
@@ -35,12 +35,6 @@ pub struct CalibratePlan {
     /// kept.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub out: Option<PathBuf>,
-}
-
-impl Default for CalibratePlan {
-    fn default() -> Self {
-        Self { tracks: Vec::new(), interval_min: None, species: Species::default(), resume: false, out: None }
-    }
 }
 
 /// The estimates of one plant.

@@ -116,7 +116,7 @@ impl Workflow for TimelapsePlan {
             return Err(Error::Plan("`every` 0: wanted 1 or more".to_owned()));
         }
         files::check_outputs_with(&self.outputs()?, || self.inputs())?;
-        [&self.out, &self.cover()].into_iter().try_for_each(|file| Ok(files::check_free(file, self.replace)?))
+        [&self.out, &self.cover()].into_iter().try_for_each(|file| files::check_free(file, self.replace))
     }
 
     fn perform(&self, monitor: &dyn Monitor) -> Result<TimelapseResults, Error> {

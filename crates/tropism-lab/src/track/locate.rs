@@ -13,7 +13,7 @@ use crate::{Monitor, files};
 /// Where the plant of a plan is.
 pub(super) enum Located {
     /// The plan with region and base of its plant.
-    Plant(TrackPlan),
+    Plant(Box<TrackPlan>),
     /// As the plan says, or anywhere in the picture.
     Nowhere {
         /// The things that move, where several do.
@@ -40,7 +40,7 @@ impl TrackPlan {
                 clicks: clicks.clone(),
             };
             let vision = VisionConfig { up, ..self.vision.clone() };
-            Located::Plant(Self { plants: vec![plant], vision, ..self.clone() })
+            Located::Plant(Box::new(Self { plants: vec![plant], vision, ..self.clone() }))
         };
         let before = self.resume.then(|| self.tracked_before()).flatten();
         if let Some(LocatedBefore { is_located: true, region: Some(region), base, up }) = before {
