@@ -316,6 +316,13 @@ class Nowhere(Leaning):
         return (math.nan, 5.0)
 
 
+def test_a_tent_is_of_one_run() -> None:
+    tent = Tent(seed=1, greenhouse=SMALL)
+    loop.run(tent, "greedy", {"max_steps": 2})
+    with pytest.raises(tropism.PlanError, match="wanted a new one"):
+        loop.run(tent, "greedy", {"max_steps": 2})
+
+
 def test_numbers_that_are_none_and_periods_of_no_clock_are_refused() -> None:
     with pytest.raises(tropism.PlanError, match="wanted finite numbers"):
         loop.simulate(Nowhere(), "greedy", {"max_steps": 3})

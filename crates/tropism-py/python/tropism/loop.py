@@ -224,6 +224,7 @@ class Tent:
         tent, wanted = edge.greenhouse(greenhouse), edge.task(task)
         self._tent = _core.Tent(json.dumps(tent), seed, period_min, json.dumps(wanted))
         self.period_min = period_min
+        self._is_run = False
 
     def photograph(self) -> bytes:
         """A photograph of the present moment (JPEG); empty if the camera drops it."""
@@ -417,6 +418,10 @@ def run(
     wanted = task if isinstance(task, Task) else edge.task(task)
     if isinstance(rig, Tent):
         rig._check_solids(wanted)
+        if rig._is_run:
+            # Its clock stands at the end of that run: the steps of another would all be due at once.
+            raise PlanError("found a tent in which a run was made, wanted a new one: Tent(...)")
+        rig._is_run = True
         rig = rig.rig()
     if not isinstance(rig, Rig):
         raise WrongTypeError(f"loop.run: found {edge.kind_of(rig)}, wanted a Rig or a Tent")
