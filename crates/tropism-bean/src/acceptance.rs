@@ -14,7 +14,7 @@ use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
 use tropism::math::statistics::{mean, quantile_linear, standard_deviation};
 use tropism::parallel;
-use tropism::task::Task;
+use tropism::task::{Reading, Task};
 use tropism::track::{PAPER_PERIOD_MIN, Track};
 
 use super::experiments::{self, Response};
@@ -248,7 +248,8 @@ pub fn closed_loop<C: Controller + Clone + Sync>(
     tuned: &[(f64, C)],
 ) -> Vec<AcceptanceRow> {
     assert!(!seeds.is_empty() && !tuned.is_empty(), "plants and controllers");
-    let task = Task::default();
+    // The ranges are of the paper's numbers, and it judges to the letter (eq. (9)).
+    let task = Task::default().by(Reading::Letter);
     let greedy = Greedy::new(&task, &Layout::default());
     let greedy = fitness(&task, &on_each(species, seeds, &greedy, &task));
     let tracks: Vec<Vec<Track>> =

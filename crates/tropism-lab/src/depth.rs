@@ -69,7 +69,6 @@ impl Workflow for DepthPlan {
     const SCHEMA: &'static str = "tropism.depth/1";
 
     fn check(&self) -> Result<(), Error> {
-        files::check_free(&self.out, self.replace)?;
         let beside = self.out.with_extension("json");
         if beside == self.out {
             return Err(Error::Plan(format!(
@@ -78,7 +77,9 @@ impl Workflow for DepthPlan {
             )));
         }
         let inputs = [&self.front, &self.side].map(|track| [track.clone(), track.with_extension("json")]);
-        files::check_outputs(&[self.out.clone(), beside], inputs.as_flattened())?;
+        let outputs = [self.out.clone(), beside];
+        outputs.iter().try_for_each(|file| files::check_free(file, self.replace))?;
+        files::check_outputs(&outputs, inputs.as_flattened())?;
         let [front_cm, side_cm] = self.distance_cm;
         if front_cm > 0.0 && side_cm > 0.0 {
             return Ok(());
