@@ -33,7 +33,7 @@ use super::rod::{self, Chains, Forcing, LANES, Member, Rod};
 use super::solid::ContactPoint;
 
 /// Early elongation of a grown seedling, as a multiple of `growth.rate`. Tuned by hand on the paper's mean growth.
-const EARLY_GROWTH: f64 = 1.13;
+pub const EARLY_GROWTH: f64 = 1.13;
 /// Time scale of the logistic lengthening of the motile zone, in h. Tuned by hand: the paper's fast phase from step 300.
 const ZONE_GROWTH_H: f64 = 4.0;
 /// Leaf length before unfolding as a share of the final length, delay of leaf growth after unfolding, and its time scale,

@@ -30,7 +30,7 @@ pub mod wall;
 pub mod fault;
 pub mod tent;
 
-pub use bean::Bean;
+pub use bean::{Bean, EARLY_GROWTH};
 pub use grow::{Specimen, Trial, grow, grow_noise_free, lamp_powers};
 pub use individual::{
     Colours, Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Stem, Tropism,

@@ -94,6 +94,7 @@ impl Workflow for ScorePlan {
                     path.display()
                 )));
             }
+            let track = task.experiment(&track);
             Ok(TrackScore {
                 track: path.clone(),
                 fitness: task.fitness(&track),

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use tropism::measure::{Estimate, Quantity, Status, group};
-use tropism_bean::{Individual, Species};
+use tropism_bean::{EARLY_GROWTH, Individual, Species};
 
 use super::{MeasureResults, values_of};
 use crate::units::plural;
@@ -54,7 +54,8 @@ type Set = fn(&mut Individual, f64);
 /// Keys of a bean file, the symbols that they follow from, and how. The balance number of a bean is that of light and gravity
 /// together, so it follows from gamma, and after the others.
 const KEYS: [(&str, &str, Set); 8] = [
-    ("typical.growth.rate", "G", |plant, value| plant.growth.rate = value * FIVE_MINUTES_H),
+    // Of young plants, which are what is measured.
+    ("typical.growth.rate", "G", |plant, value| plant.growth.rate = value * FIVE_MINUTES_H / EARLY_GROWTH),
     ("typical.motility.zone_young", "Lgz", |plant, value| plant.motility.zone_young = value),
     ("typical.motility.edge", "W", |plant, value| plant.motility.edge = value),
     ("typical.tropism.gravity", "beta", |plant, value| plant.tropism.gravity = value),

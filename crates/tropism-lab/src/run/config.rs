@@ -171,6 +171,12 @@ impl RunConfig {
         self.rig.check().and_then(|()| self.rig.calibrated()).map_err(|error| plan(&error))?;
         self.task.check().map_err(|error| plan(&error))?;
         let layout = self.rig.layout().map_err(|error| plan(&error))?;
+        let cameras = self.rig.greenhouse.as_ref().map_or(1, |greenhouse| greenhouse.scene.cameras);
+        if self.task.is_in_space() && self.rig.side.is_none() && cameras < 2 {
+            return Err(Error::Plan(
+                "the task is in space, and the rig has one camera: it takes two".to_owned(),
+            ));
+        }
         self.controller.check(&layout, self.rig.period_min)?;
         let Some(champion) = self.controller.champion() else { return Ok(()) };
         self.rig.allowed().permit(champion.dimming.example(&layout)).map_err(|problem| {

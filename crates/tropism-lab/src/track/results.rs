@@ -146,7 +146,7 @@ impl Pipeline<'_> {
         let photographs_sha256 = files::sha256(self.sha256.as_bytes());
         let (mut tracks, mut undetected) = (Vec::new(), Vec::new());
         for ((plan, plant), table) in self.plan.plants.iter().zip(self.plants).zip(&self.tables) {
-            let Some(track) = table.track() else {
+            let Some(track) = table.track(self.plan.light == LightSource::Auto) else {
                 undetected.push(not_detected(plant, &table.counts));
                 continue;
             };

@@ -248,11 +248,18 @@ impl Table {
 
     /// The track, with further columns of what was measured, empty where the tip is carried forward, and of the smoothed tip. `None` if
     /// the plant was never detected.
-    pub(super) fn track(&self) -> Option<Track> {
+    ///
+    /// A photograph shows the lamp that was lit until then, and a row of a track has the one that is lit from there on: where
+    /// `lights_are_seen` in the photographs, each row has that of the next one.
+    pub(super) fn track(&self, lights_are_seen: bool) -> Option<Track> {
         if self.rows.is_empty() {
             return None;
         }
-        let samples = self.rows.iter().map(|row| row.sample.clone()).collect();
+        let mut samples: Vec<Sample> = self.rows.iter().map(|row| row.sample.clone()).collect();
+        if lights_are_seen && !self.is_unrelated {
+            let seen = self.rows.iter().skip(1).map(|row| row.sample.light).chain([None]);
+            samples.iter_mut().zip(seen).for_each(|(sample, light)| sample.light = light);
+        }
         let mut track = Track::of(samples);
         self.add_measured_columns(&mut track);
         if !self.is_unrelated {

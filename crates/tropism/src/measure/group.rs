@@ -19,11 +19,16 @@ pub const MIN_PLANTS: usize = 3;
 /// Permutations of a test; all, if there are no more. Chosen: a p of 0.05 has a standard error of 0.0015.
 const PERMUTATIONS: usize = 20_000;
 
-/// The mean of the values of plants: geometric where all are positive, else arithmetic.
+/// The mean of the values of plants: geometric where all have one sign, else arithmetic.
 #[must_use]
 pub fn mean_of(symbol: &str, values: &[f64]) -> Estimate {
     if values.iter().all(|value| *value > 0.0) {
         geometric_mean(symbol, values)
+    } else if values.iter().all(|value| *value < 0.0) {
+        // As seen in a mirror.
+        let mirrored: Vec<f64> = values.iter().map(|value| -value).collect();
+        let Estimate { value, interval: [low, high], .. } = geometric_mean(symbol, &mirrored);
+        Estimate { value: -value, interval: [-high, -low], ..geometric_mean(symbol, &mirrored) }
     } else {
         arithmetic_mean(symbol, values)
     }

@@ -205,7 +205,10 @@ keys! {
     stem_radius_cm: f64 = 0.15, |task| check_length("stem_radius_cm", task.stem_radius_cm);
     /// Line from the root upwards, in cm, on which the stem is to lie: two points or more. Empty for none.
     line: Vec<Point> = Vec::new(), |task| {
-        ensure(task.line.len() != 1, "line", "one point", "two points or more, from the root upwards")?;
+        let is_upwards = task.line.first().zip(task.line.last()).is_none_or(|(root, end)| end.y > root.y);
+        let wanted = "two points or more, from the root upwards";
+        ensure(task.line.len() != 1, "line", "one point", wanted)?;
+        ensure(is_upwards, "line", "a line that ends no higher than it begins", wanted)?;
         task.line.iter().try_for_each(|point| check_point("line", Some(*point)))
     };
     /// Where the apex of the stem's curve is to be, in cm: its point farthest from the straight line between its ends.

@@ -221,6 +221,21 @@ impl Task {
         self.kind.step_fitness(self, past, after)
     }
 
+    /// A track until the experiment is over: what the plant did later is no part of it.
+    #[must_use]
+    pub fn experiment(&self, track: &Track) -> Track {
+        let first = track.samples.first().map_or(0, |sample| sample.step);
+        let is_over = |sample: &Sample| self.is_over(sample.step - first, &sample.observation());
+        let end = track.samples.iter().position(is_over).map_or(track.samples.len(), |last| last + 1);
+        let Track { layout, period_min, .. } = track;
+        Track {
+            samples: track.samples[..end].to_vec(),
+            layout: layout.clone(),
+            period_min: *period_min,
+            columns: Vec::new(),
+        }
+    }
+
     /// The fitness of a whole track: the sum over its steps, gaps included.
     #[must_use]
     pub fn fitness(&self, track: &Track) -> f64 {
