@@ -136,3 +136,23 @@ fn what_is_about_photographs_is_refused_without_them() {
     assert!(refused.contains("without --photographs grow as a whole"), "{refused}");
     assert!(!folder.path().join("beans").exists());
 }
+
+#[test]
+fn a_track_of_photographs_has_the_lamps_of_the_plant() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let grow = ["grow", "--photographs", "--plants", "1", "--controller", "periodic:15m", "--steps", "12"];
+    tropism(here, &[&grow[..], &["--out", "beans"]].concat()).unwrap();
+    let plant = "beans/plant-0001";
+    let calibration = format!("{plant}/calibration.toml");
+    let photographs = format!("{plant}/photographs");
+    tropism(here, &["track", &photographs, "--calibration", &calibration, "--out", "seen.csv"]).unwrap();
+    let lights = |track: &str| -> Vec<String> {
+        let text = fs::read_to_string(here.join(track)).unwrap();
+        let place = text.lines().next().unwrap().split(',').position(|column| column == "light").unwrap();
+        text.lines().skip(1).map(|row| row.split(',').nth(place).unwrap().to_owned()).collect()
+    };
+    let wanted = lights(&format!("{plant}/track.csv"));
+    assert_eq!(wanted[..4], ["left", "left", "left", "right"]);
+    assert_eq!(lights("seen.csv"), wanted);
+}

@@ -65,7 +65,7 @@ pub(crate) struct Evolve {
     #[arg(long, value_name = "N")]
     episodes: Option<u32>,
 
-    /// First population: random networks (the default), or one that steers as greedy does and mutants of it, which needs the sensor
+    /// First population: random networks (the default), or the greedy network and its mutants, which needs the sensor
     /// to_target
     #[arg(long, value_enum)]
     start: Option<StartOption>,

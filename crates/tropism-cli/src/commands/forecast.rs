@@ -24,7 +24,7 @@ use crate::units::UnitsOption;
 #[command(after_help = "Examples:\n  \
     tropism forecast --models model.json stem.json --out forecast\n  \
     tropism forecast --models stem.json --tracks left-out --horizons 5,30,60,120\n  \
-    tropism forecast --models lab-1/stem.json lab-2/stem.json    one row, its interval over both replicates")]
+    tropism forecast --models replicate-1/stem.json replicate-2/stem.json    one row, its interval over both replicates")]
 pub(crate) struct Forecast {
     /// Model files of `tropism fit`; those of one file name are one model of several replicates
     #[arg(long, required_unless_present = "resume", num_args = 1.., value_name = "model.json")]

@@ -50,7 +50,7 @@ pub(crate) struct Transfer {
     #[arg(long)]
     photographs: bool,
 
-    /// Search the best schedule of lamps for each plant, all its noise known: a lower reference of what is possible
+    /// Search a clairvoyant schedule of lamps for each plant, all its noise known: the optimum is at least that good
     #[arg(long)]
     optimum: bool,
 

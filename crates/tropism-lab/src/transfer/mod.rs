@@ -409,7 +409,7 @@ impl Steering<'_> {
         let (plan, plants) = (self.plan, self.seeds.len());
         let (bean, variation) = (&plan.greenhouse.bean, plan.greenhouse.variation);
         let (steps, period_min) = (plan.task.max_steps, plan.period_min);
-        monitor.stage("judging", plants as u64);
+        monitor.stage("comparing", plants as u64);
         let reference = Reference::of(bean, variation, steps, period_min, &|| monitor.may_go_on());
         let reference = reference.ok_or_else(|| plan.interrupted())?;
         let judge = Judge { reference: &reference, model: self.model.as_ref() };

@@ -1,6 +1,7 @@
 //! `tropism grow --check`: virtual beans beside published values.
 
 use anyhow::{Result, ensure};
+use tropism::text::plural;
 use tropism_bean::Species;
 use tropism_lab::grow::{AcceptancePlan, AcceptanceRow, OPEN_LOOP_PLANTS, STEERED_PLANTS};
 
@@ -18,7 +19,7 @@ pub(super) fn execute(species: Species, seed: u64, shell: &Shell) -> Result<()> 
         rows.len()
     ));
     shell.result(&lines.join("\n"), &rows)?;
-    ensure!(missed == 0, "{missed} statistics are outside their range");
+    ensure!(missed == 0, "{} outside the accepted range", plural(missed, "statistic"));
     Ok(())
 }
 
