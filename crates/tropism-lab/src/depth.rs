@@ -97,6 +97,13 @@ impl Workflow for DepthPlan {
             side: CameraPose::new(&beside_side.calibration, self.distance_cm[1]),
             side_from: self.from,
         };
+        if let Some((step, apart_s)) = apart(&front, &side) {
+            return Err(Error::Plan(format!(
+                "{}, {}: at step {step} they are {apart_s} s apart: photographs must be taken at the same times",
+                self.front.display(),
+                self.side.display()
+            )));
+        }
         let rows = triangulate(&views, &front, &side);
         if rows.is_empty() {
             return Err(Error::Plan(format!(
@@ -164,6 +171,15 @@ impl Row {
     const fn has_whole_stem(&self) -> bool {
         self.apex.is_some() && self.stem.len() > 1
     }
+}
+
+/// The first step at which the times of two tracks are apart by more than half an interval, and by how many seconds.
+fn apart(front: &Track, side: &Track) -> Option<(u32, f64)> {
+    front.samples.iter().find_map(|sample| {
+        let other = side.samples.binary_search_by_key(&sample.step, |sample| sample.step).ok()?;
+        let apart_s = (side.samples[other].time_s - sample.time_s).abs();
+        (apart_s > 30.0 * front.period_min).then_some((sample.step, apart_s))
+    })
 }
 
 /// The steps at which both tracks have a measured tip.

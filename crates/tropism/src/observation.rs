@@ -80,6 +80,18 @@ impl Observation {
         Self { tip, stem: None, depth: None, quality: Quality::Simulated }
     }
 
+    /// The same with the stem of an observation `before` it, where it has none itself: as a running experiment sees it.
+    #[must_use]
+    pub fn holding_stem(mut self, before: &Self) -> Self {
+        if self.stem.is_none() {
+            self.stem.clone_from(&before.stem);
+            if let Some((depth, before)) = self.depth.as_mut().zip(before.depth.as_ref()) {
+                depth.stem_cm.clone_from(&before.stem_cm);
+            }
+        }
+        self
+    }
+
     /// Ten points of the stem from the base up, in cm; `None` without a stem that has a length.
     #[must_use]
     pub fn ten_points(&self) -> Option<[Point; STEM_POINTS]> {

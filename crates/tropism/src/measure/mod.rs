@@ -228,7 +228,11 @@ fn estimates(
     ];
     let mut all = vec![growth];
     let length = record.length_cm.iter().copied().fold(f64::INFINITY, f64::min);
-    let explained = |estimate| if fit.misfit > MAX_MISFIT { of_misfit(estimate) } else { estimate };
+    let is_open = zone.value > length;
+    let explained = |estimate| {
+        let estimate = if fit.misfit > MAX_MISFIT { of_misfit(estimate) } else { estimate };
+        if is_open { of_open_zone(estimate) } else { estimate }
+    };
     let judged = |estimate: Estimate| explained(judged(estimate, responds, options, length));
     all.extend(bending.into_iter().map(judged));
     all.push(explained(rate));
@@ -300,6 +304,17 @@ fn of_misfit(estimate: Estimate) -> Estimate {
     let reason = "the stems do more than the rod and noise explain, as where gains wander: only a group of plants \
                   is measured";
     Estimate { interval, status: Status::Provisional, reason: reason.to_owned(), ..estimate }
+}
+
+/// Of a plant whose whole stem bends: how sensitivity falls beyond it is not seen, and what counts the zone, or is a mean over it, is
+/// that of the stem.
+fn of_open_zone(estimate: Estimate) -> Estimate {
+    let counts_zone = ["E", "B", "beta", "gamma"].contains(&estimate.symbol.as_str());
+    if estimate.status != Status::Measured || !counts_zone {
+        return estimate;
+    }
+    let reason = "the whole stem bends: a mean over what is seen of the zone, whose end is not";
+    Estimate { status: Status::Provisional, reason: reason.to_owned(), ..estimate }
 }
 
 /// Below this balance number the stem does not converge within its zone, and intervals are wider by a factor. Measured: on simulated

@@ -242,13 +242,14 @@ impl Task {
         self.fitness_so_far(track).last().copied().unwrap_or(0.0)
     }
 
-    /// The fitness up to each observation of a track: 0 for the first one.
+    /// The fitness up to each observation of a track: 0 for the first one. A stem that is not seen is held as it was.
     #[must_use]
     pub fn fitness_so_far(&self, track: &Track) -> Vec<f64> {
         let mut seen = track.samples.iter().map(Sample::observation);
         let Some(first) = seen.next() else { return Vec::new() };
         let (mut past, mut fitness) = (Past::new(first), 0.0);
         let steps = seen.map(|after| {
+            let after = after.holding_stem(&past.latest);
             fitness += self.step_fitness(&past, &after);
             past.push(after);
             fitness

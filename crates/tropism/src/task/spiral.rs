@@ -121,7 +121,11 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::geometry::{Point, Polyline};
+    use crate::lamps::Light;
     use crate::math::{cos, sin};
+    use crate::observation::Depth;
+    use crate::track::Sample;
 
     fn pole() -> Pole {
         Task::spiral().pole.expect("a pole")
@@ -142,6 +146,27 @@ mod tests {
     fn a_stem_beside_the_pole_has_no_turn() {
         let upright: Vec<SpacePoint> = (0..10).map(|i| [0.0, f64::from(i), 0.0]).collect();
         assert_eq!(pole().turns_of(&upright), 0.0);
+    }
+
+    #[test]
+    fn a_stem_that_is_not_seen_at_the_end_stays_wound() {
+        let seen = |turns: f64| {
+            let stem = helix(turns, 1.5);
+            let plane = Polyline(stem.iter().map(|point| Point::new(point[0], point[1])).collect());
+            let depth = Depth { tip_cm: stem[9][2], stem_cm: stem.iter().map(|point| point[2]).collect() };
+            Observation {
+                stem: Some(plane),
+                depth: Some(depth),
+                ..Observation::simulated(Point::new(0.0, 5.0))
+            }
+        };
+        let depth = Some(Depth { tip_cm: 0.0, stem_cm: Vec::new() });
+        let hidden = Observation { depth, ..Observation::simulated(Point::new(0.0, 6.0)) };
+        let samples = (0..).zip([seen(0.1), seen(0.8), hidden]);
+        let samples =
+            samples.map(|(step, seen)| Sample::of(seen, step, 300.0 * f64::from(step), Light::LEFT));
+        let fitness = Task::spiral().fitness(&Track::of(samples.collect()));
+        assert!((fitness - 0.7).abs() < 1e-9, "{fitness}");
     }
 
     proptest! {
