@@ -219,10 +219,10 @@ pub(crate) fn save(
     let text = drawing.to_toml()?;
     let path = studio.root.join(format!("{name}.toml"));
     match files::read_text(&path) {
-        Ok(found) if found != text && !(replace && toml::from_str::<Task>(&found).is_ok()) => {
-            return Err(Refusal::bad(format!("{name}.toml: another file has this name: choose a new one")));
-        }
         Ok(found) if found == text => {}
+        Ok(found) if !(replace && toml::from_str::<Task>(&found).is_ok()) => {
+            return Err(Refusal::bad(format!("{name}.toml: another task has this name: choose a new one")));
+        }
         _ => files::write(&path, text.as_bytes())?,
     }
     Ok(SavedTask { task: text, file: format!("{name}.toml"), commands: commands(name, drawing) })

@@ -116,7 +116,7 @@ impl Series {
         if self.samples.is_empty() {
             return Err(SessionError::Refused("found the plant in no photograph".to_owned()));
         }
-        Ok(Track::of(self.samples.clone()))
+        Ok(Track::of_photographs(self.samples.clone()))
     }
 
     /// The track so far, as the bytes of a CSV file.

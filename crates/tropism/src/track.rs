@@ -306,6 +306,19 @@ impl Track {
         Self { samples, ..Self::default() }
     }
 
+    /// A track of photographs, of samples that have the lamp which their photograph shows: it was lit until then. So each sample has
+    /// that of the next photograph, and the last one none.
+    #[must_use]
+    pub fn of_photographs(mut samples: Vec<Sample>) -> Self {
+        for next in 1..samples.len() {
+            samples[next - 1].light = samples[next].light;
+        }
+        if let Some(last) = samples.last_mut() {
+            last.light = None;
+        }
+        Self::of(samples)
+    }
+
     /// The same experiment in a mirror: x changes sign, and each lamp becomes the lamp at the mirrored place (section
     /// 2.2.3). `None` where a lamp that was lit has no mirror image in the layout.
     ///

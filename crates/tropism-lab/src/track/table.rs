@@ -249,18 +249,14 @@ impl Table {
     /// The track, with further columns of what was measured, empty where the tip is carried forward, and of the smoothed tip. `None` if
     /// the plant was never detected.
     ///
-    /// A photograph shows the lamp that was lit until then, and a row of a track has the one that is lit from there on: where
-    /// `lights_are_seen` in the photographs, each row has that of the next one.
+    /// `lights_are_seen` says whether lamps are as the photographs show them.
     pub(super) fn track(&self, lights_are_seen: bool) -> Option<Track> {
         if self.rows.is_empty() {
             return None;
         }
-        let mut samples: Vec<Sample> = self.rows.iter().map(|row| row.sample.clone()).collect();
-        if lights_are_seen && !self.is_unrelated {
-            let seen = self.rows.iter().skip(1).map(|row| row.sample.light).chain([None]);
-            samples.iter_mut().zip(seen).for_each(|(sample, light)| sample.light = light);
-        }
-        let mut track = Track::of(samples);
+        let samples = self.rows.iter().map(|row| row.sample.clone()).collect();
+        let is_of_photographs = lights_are_seen && !self.is_unrelated;
+        let mut track = if is_of_photographs { Track::of_photographs(samples) } else { Track::of(samples) };
         self.add_measured_columns(&mut track);
         if !self.is_unrelated {
             self.add_smoothed_columns(&mut track);
