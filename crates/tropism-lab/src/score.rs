@@ -76,23 +76,13 @@ impl Workflow for ScorePlan {
     fn perform(&self, _monitor: &dyn Monitor) -> Result<Vec<TrackScore>, Error> {
         let score = |path: &PathBuf| {
             let track = files::read_track(path)?;
-            let has_stems = track.samples.iter().any(|sample| sample.stem.is_some());
             let (task, task_from) = match (&self.task, task::of_track(path)?) {
                 (Some(task), _) => (task.clone(), TaskSource::Plan),
                 (None, Some(task)) => (task, TaskSource::Run),
                 (None, None) => (Task::default(), TaskSource::Paper),
             };
-            if task.is_about_stem() && !has_stems {
-                return Err(Error::Plan(format!(
-                    "{}: the task is scored by the stem, and this track has none (columns stem_1_x_cm to stem_10_y_cm)",
-                    path.display()
-                )));
-            }
-            if task.is_in_space() && track.samples.iter().all(|sample| sample.depth.is_none()) {
-                return Err(Error::Plan(format!(
-                    "{}: the task is in space, and this track has no depth (column tip_z_cm)",
-                    path.display()
-                )));
+            if let Some(reason) = task.unscorable(&track) {
+                return Err(Error::Plan(format!("{}: {reason}", path.display())));
             }
             let track = task.experiment(&track);
             Ok(TrackScore {

@@ -24,6 +24,7 @@ use tropism::simulation::BatchModel;
 use tropism::task::{Past, Score, Task};
 
 use crate::error::refused;
+use crate::tent::task_of;
 
 /// The first exception of Python parts.
 #[derive(Clone, Debug, Default)]
@@ -130,7 +131,6 @@ impl Noise {
     }
 }
 
-/// An observation in Python's words: (x, y), or (x, y, stem) with a stem of points from the base up, in cm.
 /// Checks the minutes from one step to the next.
 pub(crate) fn check_period(period_min: f64) -> PyResult<()> {
     if (0.01..=1440.0).contains(&period_min) {
@@ -139,7 +139,7 @@ pub(crate) fn check_period(period_min: f64) -> PyResult<()> {
     Err(refused(format!("found period_min {period_min}, wanted 0.01 to 1440")))
 }
 
-/// An observation of Python, in finite numbers.
+/// An observation in Python's words, in finite numbers: (x, y), or (x, y, stem) with a stem of points from the base up, in cm.
 fn observation_of(value: &Bound<'_, PyAny>) -> PyResult<Observation> {
     let seen = any_observation(value)?;
     let points = seen.stem.iter().flat_map(|stem| &stem.0);
@@ -179,21 +179,10 @@ pub(crate) fn light_of(value: &Bound<'_, PyAny>, layout: &Layout) -> PyResult<Li
     })
 }
 
-/// Checks that nothing of a task is still to be drawn.
-pub(crate) fn check_drawn(task: &Task) -> PyResult<()> {
-    if task.is_to_draw() {
-        return Err(refused("these targets are still to be drawn; `tropism.transfer` draws them"));
-    }
-    Ok(())
-}
-
 /// A task: of the JSON of a task file, or a subclass of `tropism.loop.Task`.
 pub(crate) fn any_task(value: &Bound<'_, PyAny>, trouble: &Trouble) -> PyResult<Task> {
     if let Ok(json) = value.extract::<String>() {
-        let task: Task = crate::error::parsed("task", &json)?;
-        task.check().map_err(refused)?;
-        check_drawn(&task)?;
-        return Ok(task);
+        return task_of(&json);
     }
     let point = |(x, y): (f64, f64)| Point::new(x, y);
     let score = PythonScore { object: value.clone().unbind(), trouble: trouble.clone() };

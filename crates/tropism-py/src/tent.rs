@@ -21,7 +21,7 @@ use tropism_bean::tent::{Greenhouse, TentHandle};
 use tropism_bean::view::CAMERA;
 
 use crate::error::{TropismError, parsed, refused};
-use crate::parts::{check_drawn, check_period, light_of};
+use crate::parts::{check_period, light_of};
 use crate::threads::check_fork;
 
 /// The pixels of an image: (height, width, 3).
@@ -48,7 +48,9 @@ pub(crate) fn greenhouse_for(task: &str, greenhouse: &str) -> PyResult<String> {
 pub(crate) fn task_of(json: &str) -> PyResult<Task> {
     let task: Task = parsed("task", json)?;
     task.check().map_err(refused)?;
-    check_drawn(&task)?;
+    if task.is_to_draw() {
+        return Err(refused("these targets are still to be drawn; `tropism.transfer` draws them"));
+    }
     Ok(task)
 }
 

@@ -271,13 +271,9 @@ impl Track {
     /// The fitness for a task (JSON), eq. (9) for one with targets, in cm.
     fn fitness(&self, task: &str) -> PyResult<f64> {
         let task = task_of(task)?;
-        let any = |is: fn(&Sample) -> bool| self.0.samples.iter().any(is);
-        if task.is_about_stem() && !any(|sample| sample.stem.is_some()) {
-            return Err(refused("task: it is scored by the stem, and this track has none"));
+        match task.unscorable(&self.0) {
+            Some(reason) => Err(refused(reason)),
+            None => Ok(task.fitness(&self.0)),
         }
-        if task.is_in_space() && !any(|sample| sample.depth.is_some()) {
-            return Err(refused("task: it is in space, and this track has no depth"));
-        }
-        Ok(task.fitness(&self.0))
     }
 }

@@ -21,16 +21,18 @@ pub(super) enum Located {
     },
 }
 
+const NOWHERE: Located = Located::Nowhere { movers: Vec::new() };
+
 impl TrackPlan {
     /// The plan with its plant where that moves, and in the direction in which it grows. It is looked for if the plan gives
     /// a single one neither region nor base, and no calibration; a plan that is resumed takes what was found before.
     pub(super) fn located(&self, frames: &[Frame], monitor: &dyn Monitor) -> Located {
         let [PlantPlan { name, region: None, base: None, clicks }] = self.plants.as_slice() else {
-            return Located::Nowhere { movers: Vec::new() };
+            return NOWHERE;
         };
         let is_calibrated = matches!(self.scale, TrackScale::Calibration(_));
         if is_calibrated || self.each || !clicks.is_empty() || frames.len() < 2 {
-            return Located::Nowhere { movers: Vec::new() };
+            return NOWHERE;
         }
         let plan = |region, base, up| {
             let plant = PlantPlan {
@@ -52,23 +54,24 @@ impl TrackPlan {
         };
         let known = [self.vision.up];
         let poses = if self.finds_up() { &Direction::ALL[..] } else { &known };
-        match locate(frames.len(), read, &self.vision, poses) {
-            Location::Plant { region, base, up } if before.is_none() => plan(region, base, up),
-            Location::Plant { .. } => Located::Nowhere { movers: Vec::new() },
+        let (reason, movers) = match locate(frames.len(), read, &self.vision, poses) {
+            Location::Plant { region, base, up } if before.is_none() => return plan(region, base, up),
+            Location::Plant { .. } => return NOWHERE,
             Location::Several(movers) => {
                 let places: Vec<String> = movers.iter().map(Region::to_string).collect();
                 let (count, places) = (movers.len(), places.join(" and "));
                 let reason = format!(
                     "{count} things in them move, at {places}: one plant is wanted, or a `region` for each"
                 );
-                monitor.note(&searched(&reason));
-                Located::Nowhere { movers }
+                (reason, movers)
             }
-            Location::Unsure(reason) => {
-                monitor.note(&searched(&reason));
-                Located::Nowhere { movers: Vec::new() }
-            }
-        }
+            Location::Unsure(reason) => (reason, Vec::new()),
+        };
+        monitor.note(&format!(
+            "no `region` is given and no plant is found by its motion: {reason}. The whole picture is searched; \
+             `guide` writes a page to click root and region on"
+        ));
+        Located::Nowhere { movers }
     }
 
     /// Where the plant was when the plan was last carried out.
@@ -83,14 +86,6 @@ impl TrackPlan {
             up: before.settings.vision.up,
         })
     }
-}
-
-/// That the whole picture is searched, and why.
-fn searched(reason: &str) -> String {
-    format!(
-        "no `region` is given and no plant is found by its motion: {reason}. The whole picture is searched; `guide` writes a page \
-         to click root and region on"
-    )
 }
 
 /// Where a plant was, and whether that was found by its motion.

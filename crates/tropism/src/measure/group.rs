@@ -27,8 +27,9 @@ pub fn mean_of(symbol: &str, values: &[f64]) -> Estimate {
     } else if values.iter().all(|value| *value < 0.0) {
         // As seen in a mirror.
         let mirrored: Vec<f64> = values.iter().map(|value| -value).collect();
-        let Estimate { value, interval: [low, high], .. } = geometric_mean(symbol, &mirrored);
-        Estimate { value: -value, interval: [-high, -low], ..geometric_mean(symbol, &mirrored) }
+        let mirrored = geometric_mean(symbol, &mirrored);
+        let [low, high] = mirrored.interval;
+        Estimate { value: -mirrored.value, interval: [-high, -low], ..mirrored }
     } else {
         arithmetic_mean(symbol, values)
     }

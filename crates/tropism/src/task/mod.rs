@@ -221,6 +221,19 @@ impl Task {
         self.kind.step_fitness(self, past, after)
     }
 
+    /// Why a track cannot be scored: it has not what the task is about; `None` if it can.
+    #[must_use]
+    pub fn unscorable(&self, track: &Track) -> Option<&'static str> {
+        let none = |has: fn(&Sample) -> bool| !track.samples.iter().any(has);
+        if self.is_about_stem() && none(|sample| sample.stem.is_some()) {
+            return Some(
+                "the task is scored by the stem, and this track has none (columns stem_1_x_cm to stem_10_y_cm)",
+            );
+        }
+        (self.is_in_space() && none(|sample| sample.depth.is_some()))
+            .then_some("the task is in space, and this track has no depth (column tip_z_cm)")
+    }
+
     /// A track until the experiment is over: what the plant did later is no part of it.
     #[must_use]
     pub fn experiment(&self, track: &Track) -> Track {
