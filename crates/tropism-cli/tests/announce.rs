@@ -106,6 +106,12 @@ fn people_hear_of_an_error_that_ends_a_run() {
     let output = run(folder.path(), "periodic:10m");
     assert_eq!(output.status.code(), Some(1));
     let printed = read(folder.path(), "told");
-    assert!(printed.contains("fault: ") && printed.contains("000002.jpg"), "{printed}");
-    assert!(!printed.contains("finished"), "{printed}");
+    assert_eq!(printed.matches("fault: ").count(), 1, "{printed}");
+    assert!(printed.contains("000002.jpg") && !printed.contains("finished"), "{printed}");
+    // Who comes later finds it in the journal.
+    let mut status = Command::new(env!("CARGO_BIN_EXE_tropism"));
+    let output = status.current_dir(&folder).args(["status", "bean"]).output().unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    let first = said.lines().next().unwrap();
+    assert!(first.starts_with("bean: an error ended it, ") && first.contains("000002.jpg"), "{said}");
 }

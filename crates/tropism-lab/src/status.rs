@@ -72,7 +72,7 @@ pub enum RunState {
     Overdue,
     /// It was asked to end, and is not over.
     Stopped,
-    /// No program works on it, and none ended it: it was killed, met an error, or the computer went down.
+    /// No program works on it, and it is not over: an error ended it, it was killed, or the computer went down.
     Died,
     /// No program works on it: it waits for its user.
     Paused,

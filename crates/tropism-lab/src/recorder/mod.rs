@@ -229,6 +229,14 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
         written
     }
 
+    /// Records the error that ends the run. Whoever gets the error reports it.
+    pub fn record_fault(&mut self, text: &str) {
+        let event =
+            Event { step: self.step, kind: EventKind::Fault, text: shown(text), at: self.rig.clock().now() };
+        // The journal may be what failed.
+        let _ = self.write(|journal| journal.record_event(&event));
+    }
+
     /// Reports a pause; the error ends the run until its user has looked.
     fn pause(&mut self, reason: String) -> RecordError {
         match self.report(EventKind::Paused, reason.clone()) {

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use tropism::lamps::Layout;
-use tropism::rig::{Event, HealthProblem, RunMonitor, photo_name};
+use tropism::rig::{Event, EventKind, HealthProblem, RunMonitor, photo_name};
 use tropism::track::Sample;
 use tropism_rig::alert::{self, AlertEvent, Kind, Seen};
 use tropism_rig::file::RigFile;
@@ -42,7 +42,7 @@ impl Alerts {
 
     /// Reports an error that ends the run.
     pub(super) fn fault(&self, error: &Error) {
-        self.0.send(&AlertEvent::now(Kind::Fault, None, error.with_causes()));
+        self.0.send(&AlertEvent::now(Kind::Event(EventKind::Fault), None, error.with_causes()));
     }
 
     /// Waits until everything is delivered, half a minute at most, and notes what could not be.

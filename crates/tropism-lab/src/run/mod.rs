@@ -163,6 +163,9 @@ impl RunPlan {
         };
         let mut recorder = Recorder::new(open.rig, folder, supervision)?;
         let done = self.follow(&mut recorder, open.truth.as_ref(), pace, alerts, monitor);
+        if let Some(error) = fault(&done) {
+            recorder.record_fault(&error.with_causes());
+        }
         let is_dark = recorder.close();
         if let Some(watchdog) = watchdog {
             watchdog.end(matches!(is_dark, Ok(true)));
@@ -303,10 +306,7 @@ impl Workflow for RunPlan {
         monitor.stage("run", max_steps);
         let alerts = Alerts::open(&self.config.rig, &self.out)?;
         let done = folder.and_then(|folder| self.record(folder, &alerts, monitor));
-        // People heard of a pause when it happened, and an end was asked for.
-        if let Err(error) = &done
-            && !matches!(error, Error::Paused { .. } | Error::Interrupted { .. })
-        {
+        if let Some(error) = fault(&done) {
             alerts.fault(error);
             monitor.status(&format!("fault: {}", error.with_causes()));
         }
@@ -331,6 +331,11 @@ impl Workflow for RunPlan {
             track,
         })
     }
+}
+
+/// The error that ended a run. People heard of a pause when it happened, and an end was asked for.
+fn fault(done: &Result<Track, Error>) -> Option<&Error> {
+    done.as_ref().err().filter(|error| !matches!(error, Error::Paused { .. } | Error::Interrupted { .. }))
 }
 
 /// The number of the last step of a track.

@@ -137,7 +137,7 @@ impl Publisher {
                     status["schema"] = "tropism.status/1".into();
                     status["state"] = match event.kind {
                         Kind::Event(EventKind::Paused) => "paused",
-                        Kind::Fault => "fault",
+                        Kind::Event(EventKind::Fault) => "fault",
                         Kind::Event(EventKind::Stopped) => "stopped",
                         Kind::Event(EventKind::Finished) => "finished",
                         Kind::Test => "tried",

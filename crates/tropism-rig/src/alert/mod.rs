@@ -36,15 +36,13 @@ use channel::{Channel, Pace};
 pub use origin::OF_STUDIO;
 pub(crate) use origin::{Origin, check_page};
 
-/// Kind of an event: the kinds of the journal, and three more. One word in files and messages.
+/// Kind of an event: the kinds of the journal, and two more. One word in files and messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "String", into = "&'static str")]
 pub enum Kind {
     /// An event of the journal.
     Event(EventKind),
-    /// The run ended with an error.
-    Fault,
     /// A step is complete: sent as heartbeat and as status.
     Step,
     /// A test message.
@@ -54,7 +52,7 @@ pub enum Kind {
 impl Kind {
     /// Every kind.
     pub fn all() -> impl Iterator<Item = Self> {
-        EventKind::ALL.into_iter().map(Self::Event).chain([Self::Fault, Self::Step, Self::Test])
+        EventKind::ALL.into_iter().map(Self::Event).chain([Self::Step, Self::Test])
     }
 
     /// The word in files and messages.
@@ -62,7 +60,6 @@ impl Kind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Event(kind) => kind.name(),
-            Self::Fault => "fault",
             Self::Step => "step",
             Self::Test => "test",
         }
@@ -77,8 +74,8 @@ impl Kind {
 
     /// Whether a person must act.
     const fn is_urgent(self) -> bool {
-        use EventKind::{Computer, Damaged, Disk, Lamp, Lost, Mismatch, Paused};
-        matches!(self, Self::Event(Paused | Lost | Lamp | Mismatch | Computer | Disk | Damaged) | Self::Fault)
+        use EventKind::{Computer, Damaged, Disk, Fault, Lamp, Lost, Mismatch, Paused};
+        matches!(self, Self::Event(Paused | Fault | Lost | Lamp | Mismatch | Computer | Disk | Damaged))
     }
 }
 

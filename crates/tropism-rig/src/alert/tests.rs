@@ -80,7 +80,7 @@ fn ntfy_gets_title_priority_and_text_and_its_secret_stays_out_of_errors() {
         None,
     );
     alerts.send(&event(EventKind::Started, 0));
-    alerts.send(&event(Kind::Fault, 7));
+    alerts.send(&event(Kind::Event(EventKind::Fault), 7));
     assert_eq!(alerts.close(), []);
     let asked = asked.lock().unwrap();
     let [(line, headers, body)] = &asked[..] else { panic!("{asked:?}") };
@@ -101,7 +101,7 @@ fn secrets_of_addresses_and_controls_stay_out_of_alerts_and_of_their_errors() {
     let (url, asked) = server(&Arc::new(AtomicBool::new(false)));
     let alerts = open(&format!("driver = \"webhook\"\nurl = \"{url}/hook\""), None);
     alerts.send(&AlertEvent::now(
-        Kind::Fault,
+        Kind::Event(EventKind::Fault),
         Some(1),
         "camera (http://u:s3cret@c/x?token=abc1): \x1b[2J gone",
     ));
@@ -149,7 +149,7 @@ fn a_webhook_gets_an_object_for_each_message_and_a_heartbeat_one_request_for_man
 
     let (url, asked) = server(&Arc::new(AtomicBool::new(false)));
     let alerts = open(&format!("driver = \"heartbeat\"\nurl = \"{url}/beat\""), None);
-    alerts.send(&event(Kind::Fault, 0));
+    alerts.send(&event(Kind::Event(EventKind::Fault), 0));
     for step in 0..5 {
         alerts.send(&event(Kind::Step, step));
     }
@@ -209,7 +209,7 @@ fn many_messages_at_once_are_few_and_a_network_that_hangs_delays_nothing() {
 fn at_the_end_it_is_tried_once_more_and_then_said() {
     let (url, _) = server(&Arc::new(AtomicBool::new(true)));
     let alerts = open(&format!("driver = \"webhook\"\nurl = \"{url}\""), None);
-    alerts.send(&event(Kind::Fault, 1));
+    alerts.send(&event(Kind::Event(EventKind::Fault), 1));
     let left = alerts.close();
     assert!(matches!(&left[..], [("webhook", problem)] if problem.contains("503")), "{left:?}");
 }

@@ -60,7 +60,7 @@ pub(crate) enum WorkState {
     Overdue,
     /// It was asked to end, and is not over.
     Stopped,
-    /// It was killed, met an error, or the computer went down.
+    /// An error ended it, it was killed, or the computer went down.
     Died,
     /// It waits for its user.
     Paused,

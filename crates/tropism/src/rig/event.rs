@@ -19,6 +19,8 @@ pub enum EventKind {
     Paused,
     /// The task is over.
     Finished,
+    /// An error ended the run.
+    Fault,
     /// A step began late, but within the tolerance.
     Late,
     /// Steps passed without a decision: without a photograph, or with a plant that was not detected for too long.
@@ -53,12 +55,13 @@ pub enum EventKind {
 
 impl EventKind {
     /// Every kind.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Started,
         Self::Resumed,
         Self::Stopped,
         Self::Paused,
         Self::Finished,
+        Self::Fault,
         Self::Late,
         Self::Missed,
         Self::Camera,
@@ -85,6 +88,7 @@ impl EventKind {
             Self::Stopped => "stopped",
             Self::Paused => "paused",
             Self::Finished => "finished",
+            Self::Fault => "fault",
             Self::Late => "late",
             Self::Missed => "missed",
             Self::Camera => "camera",
@@ -106,7 +110,10 @@ impl EventKind {
     /// Whether it begins, resumes or ends a run: the latest of these is the state of the run.
     #[must_use]
     pub const fn is_state(self) -> bool {
-        matches!(self, Self::Started | Self::Resumed | Self::Stopped | Self::Paused | Self::Finished)
+        matches!(
+            self,
+            Self::Started | Self::Resumed | Self::Stopped | Self::Paused | Self::Finished | Self::Fault
+        )
     }
 }
 

@@ -146,9 +146,13 @@ fn headline(status: &RunStatus) -> String {
         RunState::Running => format!("{run}: goes on{process}, {kind}"),
         RunState::Overdue => format!("{run}: OVERDUE, its program hangs or waits{process}, {kind}"),
         RunState::Stopped => format!("{run}: stopped before its end, {kind}"),
-        RunState::Died => {
-            format!("{run}: its program was killed, met an error, or the computer went down; {kind}")
-        }
+        RunState::Died => match status.latest_events.last() {
+            // After it nothing works on the run.
+            Some(LatestEvent { kind: "fault", text, .. }) => {
+                format!("{run}: an error ended it, {kind}: {}", shown(text))
+            }
+            _ => format!("{run}: its program was killed, or the computer went down; {kind}"),
+        },
         RunState::Paused => format!("{run}: paused, {kind}"),
         RunState::Over => format!("{run}: over, {kind}"),
     }
