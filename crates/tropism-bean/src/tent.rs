@@ -1,10 +1,9 @@
 //! The virtual tent as a rig: one bean, one or two cameras, the lamps of a layout, a flash, and a clock that jumps.
 
-use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
@@ -230,7 +229,7 @@ impl Tent {
 
 /// A shared handle on a virtual tent: its camera, lamps, flash and clock.
 #[derive(Clone)]
-pub struct TentHandle(Rc<RefCell<Tent>>);
+pub struct TentHandle(Arc<Mutex<Tent>>);
 
 impl Greenhouse {
     /// Checks that every setting lies in its range.
@@ -407,7 +406,7 @@ impl Greenhouse {
         };
         // A resumed run does not photograph the first step again, but records its ground truth.
         tent.note_truth();
-        TentHandle(Rc::new(RefCell::new(tent)))
+        TentHandle(Arc::new(Mutex::new(tent)))
     }
 
     /// Grows the plant of `seed` under `controller` until `task` is over or `watch` breaks off: [`grow`](super::grow()) in a
@@ -448,7 +447,7 @@ impl Environment for Growing {
     type Error = Infallible;
 
     fn observe(&mut self) -> Result<Observation, Infallible> {
-        let tent = &mut *self.handle.0.borrow_mut();
+        let tent = &mut *self.handle.tent();
         tent.advance_to(f64::from(self.step) * self.period_min);
         Ok(self.observer.observe(&tent.bean))
     }
@@ -458,7 +457,7 @@ impl Environment for Growing {
     }
 
     fn shine(&mut self, lighting: Lighting) -> Result<(), Infallible> {
-        self.handle.0.borrow_mut().lit = lighting;
+        self.handle.tent().lit = lighting;
         self.step += 1;
         Ok(())
     }
@@ -473,11 +472,16 @@ impl Environment for Growing {
 }
 
 impl TentHandle {
+    /// The tent, until the guard is dropped. What panicked in another thread left it as it was between two photographs.
+    fn tent(&self) -> MutexGuard<'_, Tent> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Ground truth of top and apex as CSV with one row a step. Never read by vision.
     #[must_use]
     pub fn truth_csv(&self) -> Vec<u8> {
         let mut text = "step,top_x_cm,top_y_cm,apex_x_cm,apex_y_cm\n".to_owned();
-        for GroundTruth { step, front: Truth { top, apex, .. }, .. } in self.0.borrow().truths.values() {
+        for GroundTruth { step, front: Truth { top, apex, .. }, .. } in self.tent().truths.values() {
             text += &format!("{step},{:.4},{:.4},{:.4},{:.4}\n", top.x, top.y, apex.x, apex.y);
         }
         text.into_bytes()
@@ -490,7 +494,7 @@ impl TentHandle {
     #[must_use]
     pub fn truth_json(&self) -> Vec<u8> {
         let mut text = String::new();
-        for truth in self.0.borrow().truths.values() {
+        for truth in self.tent().truths.values() {
             text += &serde_json::to_string(truth).expect("plain data");
             text.push('\n');
         }
@@ -500,21 +504,21 @@ impl TentHandle {
     /// Bytes of the front photograph of this step, with flash; empty if the camera drops it.
     #[must_use]
     pub fn front_photograph(&self) -> Vec<u8> {
-        self.0.borrow_mut().photograph(View::Front).unwrap_or_default()
+        self.tent().photograph(View::Front).unwrap_or_default()
     }
 
     /// Number and bytes of the side photograph of this step, if there is a side camera: with flash and faults. No bytes if the
     /// camera drops it.
     #[must_use]
     pub fn side_photograph(&self) -> Option<(u64, Vec<u8>)> {
-        let tent = &mut *self.0.borrow_mut();
+        let tent = &mut *self.tent();
         tent.side.is_some().then(|| (tent.frame(), tent.photograph(View::Side).unwrap_or_default()))
     }
 }
 
 impl Camera for TentHandle {
     fn photograph(&mut self) -> Result<Photo, RigError> {
-        let tent = &mut *self.0.borrow_mut();
+        let tent = &mut *self.tent();
         let bytes = if tent.has_flash {
             // A dropped photograph is a file without bytes.
             tent.photograph(View::Front).unwrap_or_default()
@@ -536,7 +540,7 @@ struct SideHandle(TentHandle);
 
 impl Camera for SideHandle {
     fn photograph(&mut self) -> Result<Photo, RigError> {
-        let time_s = self.0.0.borrow().now_min * 60.0;
+        let time_s = self.0.tent().now_min * 60.0;
         let bytes = self.0.side_photograph().map_or_else(Vec::new, |(_, bytes)| bytes);
         Ok(Photo { name: String::new(), bytes, time_s })
     }
@@ -552,7 +556,7 @@ impl Lamps for TentHandle {
     }
 
     fn shine(&mut self, lighting: Lighting) -> Result<(), RigError> {
-        let tent = &mut *self.0.borrow_mut();
+        let tent = &mut *self.tent();
         let error = |problem| RigError::Device { device: "virtual tent".to_owned(), problem };
         if let Some((light, _)) = lighting.lit().find(|(light, _)| !tent.layout.contains(*light)) {
             let lamps: Vec<&str> = tent.layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect();
@@ -570,7 +574,7 @@ impl Lamps for TentHandle {
 
 impl Flash for TentHandle {
     fn flash(&mut self, is_on: bool) -> Result<(), RigError> {
-        self.0.borrow_mut().has_flash = is_on;
+        self.tent().has_flash = is_on;
         Ok(())
     }
 }
@@ -581,17 +585,17 @@ impl Clock for TentHandle {
         since_start: Duration,
         _meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        self.0.borrow_mut().advance_to(since_start.as_secs_f64() / 60.0);
+        self.tent().advance_to(since_start.as_secs_f64() / 60.0);
         ControlFlow::Continue(())
     }
 
     fn time_of_day(&self) -> TimeOfDay {
-        let tent = self.0.borrow();
+        let tent = self.tent();
         tent.begins.later(tent.now_min as u64)
     }
 
     fn replay(&mut self, lighting: Lighting, until: Duration) {
-        let mut tent = self.0.borrow_mut();
+        let mut tent = self.tent();
         tent.lit = lighting;
         tent.advance_to(until.as_secs_f64() / 60.0);
     }

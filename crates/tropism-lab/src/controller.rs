@@ -241,7 +241,7 @@ impl ControllerSpec {
     /// # Panics
     /// If [`check`](Self::check) refuses it.
     #[must_use]
-    pub fn build(&self, task: &Task, layout: &Layout, period_min: f64) -> Box<dyn Controller> {
+    pub fn build(&self, task: &Task, layout: &Layout, period_min: f64) -> Box<dyn Controller + Send> {
         match self {
             Self::Periodic { minutes, first } => {
                 let steps_each = switch_steps(*minutes, period_min);

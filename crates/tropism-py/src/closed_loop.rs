@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::rc::Rc;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use pyo3::prelude::*;
@@ -50,8 +51,8 @@ fn controller_of(
 }
 
 /// A controller of the core, decided by hand: greedy, periodic, an evolved network or a tuned rule.
-#[pyclass(unsendable, module = "tropism.loop")]
-pub(crate) struct Decider(Box<dyn Controller>);
+#[pyclass(module = "tropism.loop")]
+pub(crate) struct Decider(Mutex<Box<dyn Controller + Send>>);
 
 #[pymethods]
 impl Decider {
@@ -66,7 +67,7 @@ impl Decider {
                 "found a network that dims lamps, wanted one that lights one lamp at full power",
             ));
         }
-        Ok(Self(spec.build(&parsed::<Task>("task", task)?, &layout, period_min)))
+        Ok(Self(Mutex::new(spec.build(&parsed::<Task>("task", task)?, &layout, period_min))))
     }
 
     /// The lamp for what is seen now. Called once a step, in order: a controller may remember.
@@ -75,7 +76,8 @@ impl Decider {
         let points = |stem: Vec<[f64; 2]>| Polyline(stem.into_iter().map(Point::from).collect());
         let depth = z.map(|tip_cm| Depth { tip_cm, stem_cm: Vec::new() });
         let seen = Observation { stem: stem.map(points), depth, ..Observation::simulated(Point::new(x, y)) };
-        self.0.decide(&seen).index()
+        let controller = self.0.get_mut().unwrap_or_else(PoisonError::into_inner);
+        controller.decide(&seen).index()
     }
 }
 

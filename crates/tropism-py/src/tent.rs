@@ -67,7 +67,7 @@ fn broken(error: RigError) -> PyErr {
 }
 
 /// The camera, lamps, flash and clock of a virtual tent with one bean.
-#[pyclass(unsendable, module = "tropism.loop")]
+#[pyclass(module = "tropism.loop")]
 pub(crate) struct Tent {
     handle: TentHandle,
     greenhouse: Greenhouse,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -333,3 +334,11 @@ def test_numbers_that_are_none_and_periods_of_no_clock_are_refused() -> None:
             Tent(period_min=period)
     with pytest.raises(tropism.PlanError, match="still to be drawn"):
         loop.grow("greedy", {"kind": "random_targets", "count": 3})
+
+
+def test_parts_of_the_core_go_from_thread_to_thread() -> None:
+    tent, greedy = Tent(seed=2, greenhouse=SMALL), loop.CoreController("greedy")
+    with ThreadPoolExecutor(1) as other:
+        photograph = other.submit(tent.photograph).result()
+        assert other.submit(greedy.decide_at, 0.0, 4.0).result() == greedy.decide_at(0.0, 4.0)
+    assert photograph == Tent(seed=2, greenhouse=SMALL).photograph()

@@ -11,6 +11,10 @@ use tropism::text::plural;
 /// The best possible fitness of the paper's task, which its Figure 6 marks, in cm.
 const PAPER_BEST: f64 = 15.0;
 
+/// The median of the paper's Figure 6a in cm, read by eye from the printed figure, and the generation at which it saturates,
+/// section 3.1.
+const PAPER_MEDIAN: (f64, f64) = (14.0, 1000.0);
+
 /// The unit of that fitness.
 const PAPER_UNIT: &str = "cm";
 
@@ -42,6 +46,11 @@ pub fn fitness_boxes(runs: &[Vec<f64>], unit: &str, plants: Plants) -> Figure {
     let half = (0.32 * step as f64 * plot.scale()).clamp(1.5, 7.0);
     plot.line("median thin", boxes.iter().map(|(generation, numbers)| (*generation as f64, numbers[2])));
     mark_best(&mut plot, unit);
+    let (median, flat) = PAPER_MEDIAN;
+    let has_paper = unit == PAPER_UNIT && last > flat;
+    if has_paper {
+        plot.line("thin dashed", [flat, last].map(|generation| (generation, median)).into_iter());
+    }
     let mut data = "generation,least,quartile_1,median,quartile_3,greatest\n".to_owned();
     for (generation, numbers) in &boxes {
         let [least, low, median, high, greatest] = numbers.map(Cell);
@@ -53,9 +62,14 @@ pub fn fitness_boxes(runs: &[Vec<f64>], unit: &str, plants: Plants) -> Figure {
         title: format!("Best fitness, {}", plural(runs.len(), "run")),
         caption: format!(
             "Best fitness of a generation over independent evolutionary runs: minimum, quartiles and maximum, with the median \
-             as a bar{}. {}",
+             as a bar{}{}. {}",
             if unit == PAPER_UNIT {
                 "; the dotted line marks 15 cm, the best possible in the paper's task"
+            } else {
+                ""
+            },
+            if has_paper {
+                "; the dashed line is the paper's median, about 14 cm from generation 1000 on"
             } else {
                 ""
             },

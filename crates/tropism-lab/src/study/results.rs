@@ -5,8 +5,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, Champion, Trial};
+use tropism::math::statistics::mean;
+use tropism::observation::Quality;
 use tropism::plant::PlantModel;
 use tropism::plant::tip::TipModel;
+use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 use tropism_report::NumberRow;
 
 use super::config::{CONTROLLERS, PHOTOGRAPHED, StudyConfig};
@@ -72,8 +75,56 @@ pub struct StudyResults {
     pub share_kept_of_best: f64,
     /// Mean duration of the champion's experiments, in hours.
     pub hours_to_end: f64,
+    /// How the tips of the open-loop experiments moved.
+    pub open_loop: OpenLoopNumbers,
     /// HTML file of the report.
     pub report: PathBuf,
+}
+
+/// How the tips of the open-loop experiments moved, which the paper shows in Fig. 3 to 5; in cm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OpenLoopNumbers {
+    /// Greatest distance of a tip from the root in x.
+    pub farthest_x: f64,
+    /// Greatest height of a tip.
+    pub highest_y: f64,
+    /// Greatest change of x in a step between two measured tips.
+    pub greatest_dx: f64,
+    /// The same of y.
+    pub greatest_dy: f64,
+    /// Mean change of x in a step, without sign: in the first 25 hours, until hour 66.7 (step 800 of the paper) and later; 0
+    /// where there is no step.
+    pub mean_dx: [f64; 3],
+}
+
+/// The steps of the paper's Fig. 3 between which plants move fast, at five minutes a step.
+const FAST_STEPS: [f64; 2] = [300.0, 800.0];
+
+impl OpenLoopNumbers {
+    fn of<'a>(tracks: impl Iterator<Item = &'a Track>) -> Self {
+        let mut all =
+            Self { farthest_x: 0.0, highest_y: 0.0, greatest_dx: 0.0, greatest_dy: 0.0, mean_dx: [0.0; 3] };
+        let mut parts: [Vec<f64>; 3] = Default::default();
+        for track in tracks {
+            for Sample { tip, .. } in &track.samples {
+                all.farthest_x = all.farthest_x.max(tip.x.abs());
+                all.highest_y = all.highest_y.max(tip.y);
+            }
+            let is_shift = |pair: &&[Sample]| {
+                pair[0].step + 1 == pair[1].step
+                    && pair.iter().all(|sample| sample.quality != Quality::CarriedForward)
+            };
+            for pair in track.samples.windows(2).filter(is_shift) {
+                let (dx, dy) = (pair[1].tip.x - pair[0].tip.x, pair[1].tip.y - pair[0].tip.y);
+                all.greatest_dx = all.greatest_dx.max(dx.abs());
+                all.greatest_dy = all.greatest_dy.max(dy.abs());
+                let step = f64::from(pair[0].step) * track.period_min / PAPER_PERIOD_MIN;
+                parts[FAST_STEPS.iter().filter(|end| step >= **end).count()].push(dx.abs());
+            }
+        }
+        all.mean_dx = parts.map(|part| if part.is_empty() { 0.0 } else { mean(part.into_iter()) });
+        all
+    }
 }
 
 /// The fitness of a controller on unseen plants, in cm.
@@ -213,6 +264,7 @@ impl StudyFolder {
             share_kept: reality[0].mean / chosen.trial.mean,
             share_kept_of_best: reality[0].mean / best_evolved,
             hours_to_end: self.hours_to_end(),
+            open_loop: OpenLoopNumbers::of(self.open_loop.iter().map(|run| &run.track)),
             reality_champion: reality[0],
             reality_greedy: reality[1],
             reality_rule: reality[2],
@@ -312,7 +364,61 @@ impl StudyResults {
         let in_reality =
             format!("{:.2} ({:.2} to {:.2})", reality.mean, reality.interval[0], reality.interval[1]);
         let kept = 100.0 * self.share_kept_of_best;
+        let moved = &self.open_loop;
+        let [early, fast, late] = moved.mean_dx;
         vec![
+            beside(
+                row(
+                    "Farthest tip in x, open loop (cm)",
+                    cm(moved.farthest_x),
+                    "Fig. 4a: its axis and those of Fig. 5 end at 15.",
+                ),
+                "10 to 15",
+                12.5,
+                Some(moved.farthest_x),
+                2.5,
+            ),
+            beside(
+                row(
+                    "Highest tip, open loop (cm)",
+                    cm(moved.highest_y),
+                    "Fig. 4a. Ours grow for 83 hours at 0.03 cm in five minutes, the paper's mean: 25 to 30 cm above the first tip.",
+                ),
+                "about 25",
+                25.0,
+                Some(moved.highest_y),
+                3.0,
+            ),
+            NumberRow {
+                paper: "up, down".to_owned(),
+                reproduced: if fast > early && fast > late {
+                    "yes"
+                } else if fast > early {
+                    "partly"
+                } else {
+                    "no"
+                }
+                .to_owned(),
+                ..row(
+                    "Mean |Δx| a step to 25 h, to 67 h, later",
+                    format!("{early:.2}, {fast:.2}, {late:.2}"),
+                    "In cm. Fig. 3: steps 300 to 800 are the fast ones; its colours reach 0.5.",
+                )
+            },
+            beside(
+                row("Greatest Δx of a step, open loop (cm)", cm(moved.greatest_dx), "Colour bar of Fig. 5."),
+                "2.2",
+                2.2,
+                Some(moved.greatest_dx),
+                0.5,
+            ),
+            beside(
+                row("Greatest Δy of a step, open loop (cm)", cm(moved.greatest_dy), "Colour bar of Fig. 5."),
+                "1.0",
+                1.0,
+                Some(moved.greatest_dy),
+                0.25,
+            ),
             beside(
                 row(
                     "Best possible fitness (cm)",
@@ -449,5 +555,21 @@ fn verdict(ours: f64, paper: f64, tolerance: f64) -> &'static str {
         "partly"
     } else {
         "no"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tip_that_was_held_is_no_movement() {
+        let csv = "step,time_s,tip_x_cm,tip_y_cm,light,quality\n0,0,0,4,left,measured\n1,300,-1,5,left,measured\n\
+                   2,600,-1,5,left,carried_forward\n3,900,-9,6,left,measured\n4,1200,-8.5,6.5,dark,measured\n";
+        let track = Track::read_csv(csv.as_bytes()).unwrap();
+        let moved = OpenLoopNumbers::of([&track].into_iter());
+        assert_eq!((moved.farthest_x, moved.highest_y), (9.0, 6.5));
+        assert_eq!((moved.greatest_dx, moved.greatest_dy), (1.0, 1.0));
+        assert_eq!(moved.mean_dx, [0.75, 0.0, 0.0]);
     }
 }

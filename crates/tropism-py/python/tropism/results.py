@@ -627,6 +627,19 @@ class ManyNumbers(Results):
     _kinds = {"within_1_cm": Share}
 
 
+class OpenLoopNumbers(Results):
+    """How the tips of the open-loop experiments moved, between measured tips, in cm."""
+
+    #: Greatest distance of a tip from the root in x.
+    farthest_x: float
+    highest_y: float
+    #: Greatest change in a step.
+    greatest_dx: float
+    greatest_dy: float
+    #: Mean change of x in a step, without sign: in the first 25 hours, until hour 66.7 and later; 0 where there is no step.
+    mean_dx: list[float]
+
+
 class StudyResults(Results):
     """Of `study`. Fitness is in cm."""
 
@@ -661,9 +674,11 @@ class StudyResults(Results):
     share_kept_of_best: float
     #: Mean duration of the champion's experiments.
     hours_to_end: float
+    open_loop: OpenLoopNumbers
     #: File of the report.
     report: str
     _kinds = {
+        "open_loop": OpenLoopNumbers,
         "reality_champion": RealityNumbers,
         "reality_greedy": RealityNumbers,
         "reality_rule": RealityNumbers,

@@ -255,15 +255,19 @@ impl Task {
         self.fitness_so_far(track).last().copied().unwrap_or(0.0)
     }
 
-    /// The fitness up to each observation of a track: 0 for the first one. A stem that is not seen is held as it was.
+    /// The fitness up to each observation of a track: 0 for the first one, and no more once the experiment is over. A stem that
+    /// is not seen is held as it was.
     #[must_use]
     pub fn fitness_so_far(&self, track: &Track) -> Vec<f64> {
-        let mut seen = track.samples.iter().map(Sample::observation);
-        let Some(first) = seen.next() else { return Vec::new() };
-        let (mut past, mut fitness) = (Past::new(first), 0.0);
-        let steps = seen.map(|after| {
-            let after = after.holding_stem(&past.latest);
-            fitness += self.step_fitness(&past, &after);
+        let Some((first, later)) = track.samples.split_first() else { return Vec::new() };
+        let (mut past, mut fitness) = (Past::new(first.observation()), 0.0);
+        let mut is_over = self.is_over(0, &past.latest);
+        let steps = later.iter().map(|sample| {
+            let after = sample.observation().holding_stem(&past.latest);
+            if !is_over {
+                fitness += self.step_fitness(&past, &after);
+                is_over = self.is_over(sample.step - first.step, &after);
+            }
             past.push(after);
             fitness
         });
@@ -443,7 +447,10 @@ mod tests {
             });
             let track = Track::of(samples.collect());
             let apex = Some(Point::new(2.0, 5.0));
-            for task in kinds().into_iter().chain([Task { apex, lean_deg: Some(20.0), ..Task::shape() }]) {
+            let kinds = kinds().into_iter().chain([Task { apex, lean_deg: Some(20.0), ..Task::shape() }]);
+            // Few of these tracks stay below the height at which the experiment ends.
+            for task in kinds.flat_map(|task| [Task { end_height_cm: 50.0, ..task.clone() }, task]) {
+                prop_assert_eq!(task.fitness(&track), task.fitness(&task.experiment(&track)));
                 if let Some(best) = task.best_fitness_of(&track) {
                     let fitness = task.fitness(&track);
                     prop_assert!(fitness <= best + 1e-9, "{}: {fitness} of at most {best}", task.title());
