@@ -197,7 +197,7 @@ fn caption(curves: &[Curves], panels: usize, is_alone: bool, plants: Plants) -> 
         let hours = curves.iter().map(|curves| window_h(&curves.hours)).fold(0.0, f64::max);
         format!("Growth is the slope of a line fitted to the lengths over {} hours.", plot::number(hours))
     } else {
-        "Length and growth are left out: these tracks have no lengths.".to_owned()
+        "Length and growth are left out: the tracks lack the column length_cm of `tropism track`.".to_owned()
     };
     let colours =
         if is_alone { "The strip on top is the lamp that was lit." } else { "Each track in its own colour." };
@@ -365,6 +365,6 @@ mod tests {
         let figure = over_time(&testing::swings(2, 60), &[], Plants::Real);
         let Body::Svg(svg) = &figure.body else { panic!() };
         assert_eq!(svg.matches("<svg").count(), 1 + 3);
-        assert!(figure.caption.contains("have no lengths"), "{}", figure.caption);
+        assert!(figure.caption.contains("lack the column length_cm"), "{}", figure.caption);
     }
 }
