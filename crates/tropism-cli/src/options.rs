@@ -193,6 +193,7 @@ const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("speed", "--speed"),
     ("task", "--task"),
     ("tilt_deg", "--tilt"),
+    ("time", "--time"),
     ("view_deg", "--view"),
     ("wait_min", "--wait"),
     ("width", "--width"),

@@ -12,7 +12,7 @@ use tropism::photo::{
 };
 use tropism::text::plural;
 
-use crate::{Error, files};
+use crate::{Error, files, units};
 
 /// What says when a photograph was taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,6 +78,13 @@ pub struct SeriesSummary {
     /// Photographs whose place in time is not the one that their names are numbered by.
     pub reordered: usize,
 }
+
+/// Share of a period by which a photograph may be off the whole periods since the one before. Chosen by hand: cameras are late,
+/// and of two photographs within a period the second is off by more.
+const MOST_OFF_PERIOD: f64 = 0.4;
+
+/// Share of the photographs that may be off by more. Chosen by hand: some are taken by hand or repeated.
+const OFTEN_BETWEEN: f64 = 0.1;
 
 impl Series {
     /// Orders the photographs of `paths`, which come in the order of their names.
@@ -154,6 +161,7 @@ impl Series {
             warnings.extend(jump_of_clock(&times));
             warnings.extend(series.disorder());
         }
+        warnings.extend(series.between_steps());
         series.warnings = warnings;
         series.notes = notes;
         Ok(series)
@@ -195,6 +203,27 @@ impl Series {
         }
         let reordered = order.iter().enumerate().filter(|&(place, &index)| place != index).count();
         Self { frames, time_from, period_min, reordered, warnings: Vec::new(), notes: Vec::new() }
+    }
+
+    /// Whether many photographs do not follow the one before by whole periods: several within a period, or a period that is not
+    /// theirs. A step has one row in a track, so each of them is a step.
+    fn between_steps(&self) -> Option<String> {
+        let period_s = self.period_min * 60.0;
+        let is_between = |pair: &&[Frame]| {
+            let steps = f64::from(pair[1].step - pair[0].step);
+            ((pair[1].time_s - pair[0].time_s) / period_s - steps).abs() >= MOST_OFF_PERIOD
+        };
+        let between = self.frames.windows(2).filter(is_between).count();
+        let first = self.frames.windows(2).find(is_between)?;
+        (between as f64 > OFTEN_BETWEEN * self.frames.len() as f64).then(|| {
+            format!(
+                "{} do not follow the one before by whole periods of {}, such as {}: keep one photograph a period, or give \
+                 another `period_min`",
+                plural(between, "photograph"),
+                units::time(period_s),
+                first[1].name
+            )
+        })
     }
 
     /// Whether numbers of names that count the photographs give another order than the times do.

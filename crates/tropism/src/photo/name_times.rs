@@ -48,25 +48,28 @@ pub fn times_in_names(paths: &[String]) -> NameTimes {
     };
     let readings = readings_of(&names, &alike);
     // Times of day alone never lie far apart.
-    let closest = readings.iter().filter(|reading| reading.form.rank() < 5 && reading.even >= LEAST_EVEN);
+    let closest = readings.iter().filter(|reading| reading.rank() < 5 && reading.even >= LEAST_EVEN);
     let closest = closest.map(|reading| reading.spread).min();
     let is_torn = |reading: &Reading| {
-        reading.form.rank() > 0 && closest.is_some_and(|closest| reading.spread >= 4 * (closest + 1))
+        reading.rank() > 0 && closest.is_some_and(|closest| reading.spread >= 4 * (closest + 1))
     };
     let is_eligible = |reading: &&Reading| {
         let beats = |other: &Reading| {
-            let lead = if other.form.rank() <= reading.form.rank() { EVEN_MARGIN } else { PART_MARGIN };
+            let lead = if other.rank() <= reading.rank() { EVEN_MARGIN } else { PART_MARGIN };
             !is_torn(other) && other.even > reading.even + lead
         };
-        reading.form.rank() == 0 || !is_torn(reading) && !readings.iter().any(beats)
+        reading.rank() == 0 || !is_torn(reading) && !readings.iter().any(beats)
     };
     let chosen = readings
         .iter()
         .filter(is_eligible)
-        .min_by(|one, other| one.form.rank().cmp(&other.form.rank()).then(one.spread.cmp(&other.spread)));
-    let Some(chosen) = chosen else { return counted(None) };
-    let rank = chosen.form.rank();
+        .min_by(|one, other| one.rank().cmp(&other.rank()).then(one.spread.cmp(&other.spread)));
     let counter = rise_of_counter(&names, &alike);
+    let Some(chosen) = chosen else {
+        let is_counter = counter.is_some_and(|(_, even)| even >= LEAST_COUNTED);
+        return counted(some_have_dates(&names).filter(|_| !is_counter));
+    };
+    let rank = chosen.rank();
     // So few digits are a counter, if they rise as evenly as the clock would.
     let is_whole_clock = matches!(chosen.form, Form::Calendar { clock: Clock::Seconds, .. })
         && chosen.used().is_some_and(|(first, last)| last == first + 2);
@@ -100,9 +103,9 @@ pub fn times_in_names(paths: &[String]) -> NameTimes {
     let mut found = NameTimes { times: chosen.times.clone(), is_plain: rank == 0, ..NameTimes::default() };
     let rival = readings.iter().filter(is_eligible).find(|other| {
         rank > 0
-            && other.form.rank() <= rank + 1
-            // Minutes and seconds look like hours and minutes: only dates compete.
-            && other.form.date() != chosen.form.date()
+            && other.rank() <= rank + 1
+            // Minutes and seconds look like hours and minutes: only dates compete, and what may be a label.
+            && (other.form.date() != chosen.form.date() || other.is_labelled)
             && !are_the_same(&other.times, &chosen.times)
     });
     if let Some(rival) = rival {
@@ -114,6 +117,27 @@ pub fn times_in_names(paths: &[String]) -> NameTimes {
     }
     chosen.check_clock(&names, &alike, &mut found);
     found
+}
+
+/// Share of names with a date and a time above which it is said that the photographs are counted all the same. Chosen by hand.
+const OFTEN: f64 = 0.2;
+
+/// Whether names have full dates with times, though no reading of them is one of the series.
+fn some_have_dates(names: &[Name<'_>]) -> Option<String> {
+    let forms: Vec<Form> = Form::all().into_iter().filter(|form| form.rank() == 0).collect();
+    let time = |name: &Name<'_>| {
+        let moment = |form: &Form| (0..name.groups.len()).find_map(|first| form.read(name, first));
+        forms.iter().find_map(moment).map(|moment| moment.seconds)
+    };
+    let times: Vec<f64> = names.iter().filter_map(time).collect();
+    let differ = times.iter().any(|time| *time != times[0]);
+    (differ && times.len() as f64 > OFTEN * names.len() as f64).then(|| {
+        format!(
+            "{} of {} names tell date and time, but the others do not, or many tell the same: the photographs are counted",
+            times.len(),
+            names.len()
+        )
+    })
 }
 
 /// Share of the intervals by which a reading may be less even than one that is as usual. Chosen: one interval in a hundred.
@@ -184,6 +208,7 @@ enum Date {
     NameDayYear,
     DayMonthYear,
     MonthDayYear,
+    DayNameShortYear,
     ShortYearMonthDay,
     DayMonthShortYear,
     MonthDayShortYear,
@@ -213,13 +238,14 @@ enum Form {
     Unix { digits: usize },
 }
 
-const DATES: [Date; 14] = [
+const DATES: [Date; 15] = [
     Date::YearMonthDay,
     Date::YearNameDay,
     Date::DayNameYear,
     Date::NameDayYear,
     Date::DayMonthYear,
     Date::MonthDayYear,
+    Date::DayNameShortYear,
     Date::ShortYearMonthDay,
     Date::DayMonthShortYear,
     Date::MonthDayShortYear,
@@ -261,7 +287,7 @@ impl Form {
         let Self::Calendar { date, clock, skip, is_time_first } = self else { return 1 };
         let of_date = match date {
             Date::YearMonthDay | Date::YearNameDay | Date::DayNameYear | Date::NameDayYear => 0,
-            Date::DayMonthYear | Date::MonthDayYear | Date::NameDay => 1,
+            Date::DayMonthYear | Date::MonthDayYear | Date::DayNameShortYear | Date::NameDay => 1,
             Date::ShortYearMonthDay | Date::YearDay => 2,
             Date::DayMonthShortYear | Date::MonthDayShortYear | Date::MonthDay => 3,
             Date::DayMonth => 4,
@@ -278,6 +304,29 @@ impl Form {
         of_date + of_clock + u32::from(is_time_first) + u32::from(skip > 0) + u32::from(skip > 1)
     }
 
+    /// Whether the number at which it begins, if it is the same in all names, may be that of a label: one or two digits behind a
+    /// word, where no year in full tells them from one.
+    fn label(self, name: &Name<'_>, first: usize) -> Option<Label> {
+        let (word, digits) = name.groups.get(first)?;
+        let has_no_year = matches!(
+            self.date(),
+            Some(
+                Date::ShortYearMonthDay
+                    | Date::DayMonthShortYear
+                    | Date::MonthDayShortYear
+                    | Date::MonthDay
+                    | Date::DayMonth
+                    | Date::None
+            )
+        );
+        let part = word.rsplit(['/', '\\']).next().unwrap_or(word);
+        let may_be =
+            has_no_year && digits.len() <= 2 && part.contains(char::is_alphabetic) && !may_separate(part);
+        let is_folder = name.word_after(first).starts_with(['/', '\\']);
+        let is_plain = is_folder || part.ends_with(char::is_alphabetic);
+        may_be.then_some(if is_plain { Label::Plain } else { Label::Possible })
+    }
+
     const fn date(self) -> Option<Date> {
         match self {
             Self::Unix { .. } => None,
@@ -292,7 +341,7 @@ impl Form {
             Date::DayNameYear | Date::DayMonthYear => "day-month-year",
             Date::NameDayYear | Date::MonthDayYear => "month-day-year",
             Date::ShortYearMonthDay => "year-month-day with two digits each",
-            Date::DayMonthShortYear => "day-month-year with two digits each",
+            Date::DayNameShortYear | Date::DayMonthShortYear => "day-month-year with two digits each",
             Date::MonthDayShortYear => "month-day-year with two digits each",
             Date::YearDay => "year and day of the year",
             Date::NameDay | Date::MonthDay => "month-day",
@@ -331,10 +380,10 @@ impl Form {
             }
             Self::Calendar { date, clock, is_time_first: true, .. } => {
                 let of_day = cursor.clock(clock)?;
-                cursor.rest_is_fraction(date, clock)?;
+                let fraction = cursor.fraction_s(date, clock)?;
                 let days = cursor.date(date)?;
                 cursor.is_at_end().then_some(())?;
-                Some(Moment { seconds: days + of_day, offset_s: None, first, last: cursor.group })
+                Some(Moment { seconds: days + of_day + fraction, offset_s: None, first, last: cursor.group })
             }
             Self::Calendar { date, clock, skip, .. } => {
                 let days = cursor.date(date)?;
@@ -356,12 +405,21 @@ impl Form {
                 if date == Date::None && (first + 1..=cursor.group).any(is_torn) {
                     return None;
                 }
-                cursor.rest_is_fraction(date, clock)?;
+                let fraction = cursor.fraction_s(date, clock)?;
                 let offset_s = if clock == Clock::Hours { None } else { cursor.offset_s() };
-                Some(Moment { seconds: days + of_day, offset_s, first, last: cursor.group })
+                Some(Moment { seconds: days + of_day + fraction, offset_s, first, last: cursor.group })
             }
         }
     }
+}
+
+/// Whether a number is that of a label.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Label {
+    /// It is, as in `cam1` or the folder `plant-2`.
+    Plain,
+    /// It may be, as in `plant 12 05-03`, or a month, as in `IMG_05-03`.
+    Possible,
 }
 
 /// What one name says.
@@ -375,9 +433,65 @@ struct Moment {
     last: usize,
 }
 
-/// The beginnings of the names of months.
-const MONTHS: [&str; 12] =
-    ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
+/// The beginnings of the names of months, and the names in Dutch, French, German, Italian, Portuguese and Spanish that begin
+/// otherwise, without accents.
+const MONTHS: [(&str, &[&str]); 12] = [
+    ("jan", &["ene", "enero", "gen", "gennaio"]),
+    ("feb", &["fev", "fevr", "fevrier", "fevereiro"]),
+    ("mar", &["maart", "maerz", "mrt", "mrz"]),
+    ("apr", &["abr", "abril", "avr", "avril"]),
+    ("may", &["mag", "maggio", "mai", "maio", "mei"]),
+    ("jun", &["giu", "giugno", "juin"]),
+    ("jul", &["juil", "juillet", "lug", "luglio"]),
+    ("aug", &["ago", "agosto", "aout"]),
+    ("sep", &["set", "setembro", "settembre"]),
+    ("oct", &["okt", "oktober", "ott", "ottobre", "out", "outubro"]),
+    ("nov", &[]),
+    ("dec", &["dez", "dezember", "dezembro", "dic", "dicembre", "diciembre"]),
+];
+
+/// The month that a word names, from 1.
+fn month_in(word: &str) -> Option<u32> {
+    let plain: String = word.to_lowercase().chars().filter_map(without_accent).collect();
+    let parts: Vec<&str> = plain.split(|letter: char| !letter.is_alphabetic()).collect();
+    let is_named = |(start, others): &(&str, &[&str])| {
+        parts.iter().any(|part| part.starts_with(start) || others.contains(part))
+    };
+    Some(MONTHS.iter().position(is_named)? as u32 + 1)
+}
+
+/// A letter without the accent that months have, written together or apart; `None` for the accent alone.
+fn without_accent(letter: char) -> Option<char> {
+    match letter {
+        'ä' => Some('a'),
+        'é' | 'è' => Some('e'),
+        'û' => Some('u'),
+        'ç' => Some('c'),
+        '\u{300}'..='\u{36f}' => None,
+        other => Some(other),
+    }
+}
+
+/// Names of time zones, and the hours by which their clocks are ahead of UTC.
+const ZONES: [(&str, f64); 17] = [
+    ("utc", 0.0),
+    ("gmt", 0.0),
+    ("bst", 1.0),
+    ("wet", 0.0),
+    ("west", 1.0),
+    ("cet", 1.0),
+    ("cest", 2.0),
+    ("mez", 1.0),
+    ("mesz", 2.0),
+    ("est", -5.0),
+    ("edt", -4.0),
+    ("cst", -6.0),
+    ("cdt", -5.0),
+    ("mst", -7.0),
+    ("mdt", -6.0),
+    ("pst", -8.0),
+    ("pdt", -7.0),
+];
 
 /// Takes fields from the numbers of a name.
 struct Cursor<'a> {
@@ -414,9 +528,7 @@ impl Cursor<'_> {
     /// The month whose name stands in the word before the next number.
     fn month(&self) -> Option<u32> {
         let next = if self.is_new { self.group } else { self.group + 1 };
-        let word = self.name.groups.get(next)?.0.to_lowercase();
-        let place = MONTHS.iter().position(|month| word.contains(month))?;
-        Some(place as u32 + 1)
+        month_in(self.name.groups.get(next)?.0)
     }
 
     /// Seconds from 1970 to the start of a date.
@@ -443,6 +555,10 @@ impl Cursor<'_> {
             Date::MonthDayYear => {
                 let (month, day) = (self.take(2)?, self.take(2)?);
                 (self.take(4)?, month, day)
+            }
+            Date::DayNameShortYear => {
+                let (day, month) = (self.take(2)?, self.month()?);
+                (short(self.take(2)?), month, day)
             }
             Date::ShortYearMonthDay => (short(self.take(2)?), self.take(2)?, self.take(2)?),
             Date::DayMonthShortYear => {
@@ -478,13 +594,16 @@ impl Cursor<'_> {
     /// Seconds since midnight, by a clock of 24 hours, or of 12 with AM or PM behind.
     fn clock(&mut self, clock: Clock) -> Option<f64> {
         let hour = self.take(2)?;
+        self.is_unit(&["h"]).then_some(())?;
         let place = self.group;
         let minute = if clock == Clock::Hours { 0 } else { self.take(2)? };
+        (clock == Clock::Hours || self.is_unit(&["m", "min"])).then_some(())?;
         // What follows hours and minutes that are written together counts photographs.
         if clock == Clock::Seconds && self.group == place && self.is_at_end() {
             return None;
         }
         let second = if clock == Clock::Seconds { self.take(2)? } else { 0 };
+        (clock != Clock::Seconds || self.is_unit(&["s", "sec"])).then_some(())?;
         let word = self.name.word_after(self.group).trim_start_matches(['_', '-', ' ', '.']).to_lowercase();
         let is_half = self.is_at_end() && (1..=12).contains(&hour);
         // Not words that begin so, such as "pm" in "pmarker".
@@ -500,19 +619,37 @@ impl Cursor<'_> {
         (hour < 24 && minute < 60 && second <= 60).then(|| f64::from(hour * 3_600 + minute * 60 + second))
     }
 
-    /// Whether what is left of the number is a fraction of a second: three, six or nine digits, behind a year also two, or
-    /// nothing.
-    fn rest_is_fraction(&mut self, date: Date, clock: Clock) -> Option<()> {
-        let left = self.name.groups.get(self.group)?.1.len() - self.offset;
-        let has_year = matches!(date, Date::YearMonthDay | Date::ShortYearMonthDay);
-        let is_fraction = clock == Clock::Seconds && (matches!(left, 3 | 6 | 9) || left == 2 && has_year);
-        self.offset += left;
-        (left == 0 || is_fraction).then_some(())
+    /// Whether no unit of time stands behind the field but one of these.
+    fn is_unit(&self, wanted: &[&str]) -> bool {
+        const UNITS: [&str; 6] = ["d", "h", "m", "min", "s", "sec"];
+        let word = self.name.word_after(self.group).to_lowercase();
+        let unit = word.split(|letter: char| !letter.is_alphabetic()).next().unwrap_or_default();
+        !self.is_at_end() || !UNITS.contains(&unit) || wanted.contains(&unit)
     }
 
-    /// The offset from UTC behind the time: `+0200`, `-05-00`, `+01`.
+    /// What is left of the number as a fraction of a second, of three, six or nine digits, behind a year also two; 0 where nothing
+    /// is left.
+    fn fraction_s(&mut self, date: Date, clock: Clock) -> Option<f64> {
+        let rest = &self.name.groups.get(self.group)?.1[self.offset..];
+        let has_year = matches!(date, Date::YearMonthDay | Date::ShortYearMonthDay);
+        let is_fraction =
+            clock == Clock::Seconds && (matches!(rest.len(), 3 | 6 | 9) || rest.len() == 2 && has_year);
+        self.offset += rest.len();
+        match rest {
+            "" => Some(0.0),
+            _ if is_fraction => format!("0.{rest}").parse().ok(),
+            _ => None,
+        }
+    }
+
+    /// The offset from UTC behind the time: `+0200`, `-05-00`, `+01`, `CEST`.
     fn offset_s(&self) -> Option<(f64, bool)> {
         let next = self.group + 1;
+        let behind = self.name.word_after(self.group).to_lowercase();
+        let zone = behind.trim_matches(|letter: char| !letter.is_alphabetic());
+        if let Some((_, hours)) = ZONES.iter().find(|(name, _)| *name == zone) {
+            return Some((hours * HOUR_S, true));
+        }
         let &(word, digits) = self.name.groups.get(next)?;
         let is_plus = match word {
             "+" => true,
@@ -538,13 +675,16 @@ impl Cursor<'_> {
 fn may_separate(word: &str) -> bool {
     let letters: String = word.chars().filter(char::is_ascii_alphabetic).collect::<String>().to_lowercase();
     let is_field = matches!(letters.as_str(), "" | "t" | "at" | "y" | "m" | "d" | "h" | "min" | "uhr")
-        || MONTHS.iter().any(|month| letters.starts_with(month));
-    word.chars().count() <= 12 && (is_field || word.contains(['/', '\\']))
+        || month_in(word).is_some();
+    // Words are longer where a month has prepositions about it.
+    word.chars().count() <= 20 && is_field || word.chars().count() <= 12 && word.contains(['/', '\\'])
 }
 
 /// One reading of a series.
 struct Reading {
     form: Form,
+    /// Whether its first number may be that of a label.
+    is_labelled: bool,
     times: Vec<Option<f64>>,
     /// Whether the same numbers are read in each name; else they are found anew in each.
     is_fixed: bool,
@@ -600,13 +740,27 @@ fn readings_of(names: &[Name<'_>], alike: &[usize]) -> Vec<Reading> {
                 // A clock never shows what is no time.
                 let is_ruled_out =
                     share >= LEAST_COUNTED && alike.iter().any(|&index| reading.times[index].is_none());
-                is_ruled_out || reading.form.rank() >= 5 && share >= reading.even
+                is_ruled_out || reading.rank() >= 5 && share >= reading.even
             };
-            if let Some(reading) = Reading::new(form, first, times, &moments)
+            // Digits that never reach ten count photographs within an hour or a minute.
+            let last = moments.iter().flatten().map(|moment| moment.last).max().unwrap_or(0);
+            let mut lasts = alike.iter().filter_map(|&index| names[index].groups.get(last));
+            if matches!(form, Form::Calendar { clock: Clock::Seconds | Clock::Minutes, .. })
+                && lasts.all(|(_, digits)| digits.len() == 1)
+                && !constant.get(last).is_some_and(|is_constant| *is_constant)
+            {
+                continue;
+            }
+            let label = first.filter(|first| constant[*first]).and_then(|first| form.label(&names[0], first));
+            if label == Some(Label::Plain) {
+                continue;
+            }
+            let is_labelled = label.is_some();
+            if let Some(reading) = Reading::new(form, is_labelled, first, times, &moments)
                 && !is_counter(&reading)
-                && readings.iter().all(|other| {
-                    !are_the_same(&other.times, &reading.times) || other.form.rank() > form.rank()
-                })
+                && readings
+                    .iter()
+                    .all(|other| !are_the_same(&other.times, &reading.times) || other.rank() > form.rank())
             {
                 readings.push(reading);
             }
@@ -624,7 +778,7 @@ fn drop_weaker(readings: &mut Vec<Reading>, names: &[Name<'_>], alike: &[usize])
     // One that leaves out names which another reads has met them by chance.
     let count = |reading: &Reading| reading.times.iter().flatten().count();
     let most = readings.iter().map(count).max().unwrap_or(0);
-    readings.retain(|reading| reading.form.rank() == 0 || count(reading) == most);
+    readings.retain(|reading| reading.rank() == 0 || count(reading) == most);
     // A counter between date and time, as in `2024-10-12/DSC_0042_090000.jpg`, is no time.
     let is_counter = |reading: &Reading, others: &[Reading]| {
         let Form::Calendar { date, skip: 0, .. } = reading.form else { return false };
@@ -642,7 +796,7 @@ fn drop_weaker(readings: &mut Vec<Reading>, names: &[Name<'_>], alike: &[usize])
         let Some((first, last)) = reading.used() else { return false };
         others.iter().any(|other| {
             other.used().is_some_and(|used| used.0 <= first && last <= used.1 && used != (first, last))
-                && other.form.rank() <= reading.form.rank()
+                && other.rank() <= reading.rank()
                 && other.form.resolution_s() <= reading.form.resolution_s()
                 && other.even >= reading.even - PART_MARGIN
         })
@@ -682,6 +836,7 @@ impl Reading {
     /// `None` if less than half of the times differ.
     fn new(
         form: Form,
+        is_labelled: bool,
         first: Option<usize>,
         mut times: Vec<Option<f64>>,
         moments: &[Option<Moment>],
@@ -704,7 +859,12 @@ impl Reading {
         let spread = spread as u64;
         let start = moments.iter().flatten().map(|moment| moment.first).min()?;
         let last = moments.iter().flatten().map(|moment| moment.last).max()?;
-        Some(Self { form, times, is_fixed: first.is_some(), span: (start, last), even, spread })
+        Some(Self { form, is_labelled, times, is_fixed: first.is_some(), span: (start, last), even, spread })
+    }
+
+    /// How unusual it is, from 0.
+    fn rank(&self) -> u32 {
+        self.form.rank() + u32::from(self.is_labelled)
     }
 
     /// The first and the last number that is read; `None` where they are found anew in each name.
@@ -719,7 +879,7 @@ impl Reading {
         let (first, last) = self.span;
         let digits = names[*alike.first()?].groups.get(last)?.1;
         let has_whole_clock = matches!(clock, Clock::Hours | Clock::None) || digits.len() >= 4;
-        let has_date = first == last && self.form.rank() < 5;
+        let has_date = first == last && self.rank() < 5;
         (has_whole_clock && !has_date).then_some(last)
     }
 

@@ -7,7 +7,9 @@ use tropism::lamps;
 use tropism::vision::Direction;
 use tropism::vision::tracking::hold::MAX_HELD_FRAMES;
 use tropism_lab::files::shell_word;
-use tropism_lab::track::{CameraMotion, GuideResults, PlantTrack, TrackCounts, TrackPlan, TrackResults};
+use tropism_lab::track::{
+    CameraMotion, GuideResults, PlantTrack, TrackCounts, TrackPlan, TrackResults, WarningKind,
+};
 use tropism_lab::units::plural;
 use tropism_rig::secret::shown;
 
@@ -76,6 +78,14 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
         format!("next: tropism fit {} --out model.json", files.join(" "))
     } else if results.tracks.iter().all(|track| track.warnings.is_empty()) {
         "next: a table of the lamp in each photograph, for --light: a model needs it".to_owned()
+    } else if results
+        .tracks
+        .iter()
+        .flat_map(|track| &track.warnings)
+        .all(|one| one.kind == WarningKind::Times)
+    {
+        "next: the same command with --time or --period, or with the photographs that belong together alone"
+            .to_owned()
     } else {
         let photographs: Vec<String> = plan.photographs.iter().map(|path| shell_word(path)).collect();
         format!(

@@ -51,7 +51,7 @@ type Form = fn(usize, Stamp) -> String;
 
 #[test]
 fn names_of_cameras_and_programs_are_read() {
-    let forms: [(&str, Form); 22] = [
+    let forms: [(&str, Form); 33] = [
         ("pixel", |_, Stamp { year, month, day, hour, minute, second }| {
             format!("PXL_{year}{month:02}{day:02}_{hour:02}{minute:02}{second:02}123.jpg")
         }),
@@ -99,6 +99,40 @@ fn names_of_cameras_and_programs_are_read() {
         }),
         ("month in letters", |_, Stamp { year, month, day, hour, minute, .. }| {
             format!("{day:02}-{}-{year} {hour:02}-{minute:02}.jpg", if month == 10 { "Oct" } else { "Nov" })
+        }),
+        ("month in German", |_, Stamp { year, month, day, hour, minute, .. }| {
+            format!("{day:02}-{}-{year} {hour:02}-{minute:02}.jpg", if month == 10 { "Okt" } else { "Nov" })
+        }),
+        ("month in Spanish", |_, Stamp { year, month, day, hour, minute, .. }| {
+            let name = if month == 10 { "octubre" } else { "noviembre" };
+            format!("{day} de {name} de {year} {hour:02}.{minute:02}.jpg")
+        }),
+        ("month in letters, short year", |_, Stamp { month, day, hour, minute, .. }| {
+            format!("{day:02}-{}-24 {hour:02}.{minute:02}.jpg", if month == 10 { "Oct" } else { "Nov" })
+        }),
+        ("folder with a digit", |_, Stamp { month, day, hour, minute, .. }| {
+            format!("beans3/{month:02}{day:02}{hour:02}{minute:02}.jpg")
+        }),
+        ("numbered plant", |_, Stamp { month, day, hour, minute, .. }| {
+            format!("plant-2/{month:02}{day:02}{hour:02}{minute:02}.jpg")
+        }),
+        ("numbered bean", |_, Stamp { month, day, hour, minute, .. }| {
+            format!("bean3_{month:02}{day:02}_{hour:02}{minute:02}.jpg")
+        }),
+        ("numbered camera", |_, Stamp { month, day, hour, minute, .. }| {
+            format!("cam1-{month:02}-{day:02}_{hour:02}-{minute:02}.jpg")
+        }),
+        ("numbered folder, time first", |_, Stamp { month, day, hour, minute, .. }| {
+            format!("beans3/{hour:02}{minute:02}_{day:02}{month:02}24.jpg")
+        }),
+        ("elapsed", |_, Stamp { day, hour, minute, .. }| {
+            format!("bean_{}d_{hour:02}h_{minute:02}min.jpg", day - 11)
+        }),
+        ("zone", |_, Stamp { year, month, day, hour, minute, second }| {
+            format!("{year}-{month:02}-{day:02} {hour:02}.{minute:02}.{second:02} CEST.jpg")
+        }),
+        ("month first, no year", |_, Stamp { month, day, hour, minute, second, .. }| {
+            format!("IMG_{month:02}-{day:02}_{hour:02}-{minute:02}-{second:02}.jpg")
         }),
         ("time first", |_, Stamp { year, month, day, hour, minute, second }| {
             format!("{hour:02}{minute:02}{second:02}_{year}{month:02}{day:02}.jpg")
@@ -297,4 +331,37 @@ fn irregular_photographs_with_full_dates_are_read() {
     let names = ["b_20240501_120000.jpg", "b_20240501_121000.jpg", "b_20240501_120500.jpg", "broken.jpg"];
     let found = times_in_names(&names.map(str::to_owned));
     assert!(found.is_plain && found.times[3].is_none() && found.times[0].is_some(), "{found:?}");
+}
+
+#[test]
+fn zones_tell_the_hours_of_autumn_apart() {
+    let names = ["01.55 CEST", "02.55 CEST", "02.55 CET", "03.55 CET"]
+        .map(|time| format!("2024-10-27 {}.00 {}.jpg", &time[..5], &time[6..]));
+    let found = times_in_names(&names);
+    let start = found.times[0].unwrap();
+    let hours: Vec<f64> = found.times.iter().map(|time| (time.unwrap() - start) / 3_600.0).collect();
+    assert_eq!((hours, found.warnings.len()), (vec![0.0, 1.0, 2.0, 3.0], 0));
+}
+
+#[test]
+fn names_of_which_some_have_a_date_are_counted_with_a_warning() {
+    let half = |index: usize| match index {
+        0..20 => format!("IMG_20240503_20{:02}00.jpg", 2 * index),
+        _ => format!("04.05.2024 01.{:02}.00.jpg", index),
+    };
+    assert_eq!(outcome((0..40).map(half).collect()), (false, 1));
+    let burst = |index: usize| format!("IMG_20241026_2{}0000_BURST{:03}.jpg", index / 20, index % 20);
+    assert_eq!(outcome((0..40).map(burst).collect()), (false, 1));
+}
+
+#[test]
+fn what_is_less_than_a_second_and_more_than_a_minute_apart_is_told() {
+    let five_a_second = |index: usize| format!("20240501_2359{:02}{}00.jpg", 50 + index / 5, 2 * (index % 5));
+    let found = times_in_names(&(0..40).map(five_a_second).collect::<Vec<_>>());
+    assert!((found.times[39].unwrap() - found.times[0].unwrap() - 7.8).abs() < 1e-6, "{found:?}");
+    let within_a_minute = |index: usize| format!("2024-10-26_23-{}_{}.jpg", 10 + index / 6, index % 6);
+    let found = times_in_names(&(0..60).map(within_a_minute).collect::<Vec<_>>());
+    assert!(
+        found.times.is_empty() || (found.times[59].unwrap() - found.times[0].unwrap() - 540.0).abs() < 60.0
+    );
 }
