@@ -182,7 +182,7 @@ fn what_is_wrong_in_a_tent_is_found() {
             "rig.toml",
             "[\"touch\", \"left\"]",
             "[\"true\"]",
-            "warn lamps left lamp: did what it was printed, and the photograph does not",
+            "warn lamps left lamp: obeyed, and the photograph does not",
         ),
         (
             "rig.toml",

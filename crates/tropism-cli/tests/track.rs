@@ -579,6 +579,7 @@ fn calibrations_come_from_marks_geometry_and_a_checkerboard() {
         ("calibrate-camera board.jpg --checkerboard 9x6 --out t.toml", "such as 9x6@1.5"),
         ("calibrate-camera board.jpg --checkerboard 2x6@1 --out t.toml", "such as 9x6@1.5"),
         ("calibrate-camera board.jpg --mark 1,2,3,4 --out t.toml", "such as 30,420,195,421=15"),
+        ("calibrate-camera board.jpg --mark 1,2,9000,4=15 --out t.toml", "no mark ends at 9000,4"),
         ("calibrate-camera board.jpg --distance 74 --out t.toml", "--view"),
         ("calibrate-camera board.jpg --distance 74 --view 180 --out t.toml", "found --view 180"),
         ("calibrate-camera board.jpg --out t.toml", "<--mark <X,Y,X,Y=CM>|--checkerboard"),

@@ -16,6 +16,7 @@ use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, OnExit};
 use tropism::vision::{Frame, FrameStatus, TipTracker};
 use tropism_bean::tent::TentHandle;
 use tropism_rig::DeviceLock;
+use tropism_rig::driver::FlashDriver;
 use tropism_rig::file::RigFile;
 
 use crate::error::Error;
@@ -334,6 +335,13 @@ impl Workflow for LampPlan {
     fn perform(&self, monitor: &dyn Monitor) -> Result<LampResults, Error> {
         let rig = read_rig(&self.rig)?;
         let is_virtual = rig.is_virtual();
+        let max_on_s = rig.flash.as_ref().filter(|_| self.lamp == FLASH).map(FlashDriver::max_on_s);
+        if let Some(most) = max_on_s.filter(|most| *most < self.seconds) {
+            return Err(Error::Plan(format!(
+                "`seconds` {}: the flash has `max_on_s` = {most}",
+                self.seconds
+            )));
+        }
         let mut rig = RigByHand::open(rig, &self.rig, self.watchdog.as_deref())?;
         let time = time_by_hand(self.seconds)?;
         rig.switch(&self.lamp, true)?;

@@ -162,6 +162,15 @@ impl Workflow for CalibrateCameraPlan {
                 (residual_px, corners) = (Some(fit.residual_px), Some(found.len()));
             }
             ScaleSource::Marks(marks) => {
+                let is_inside = |end: &Pixel| {
+                    (0.0..width as f64).contains(&end.x) && (0.0..height as f64).contains(&end.y)
+                };
+                if let Some(Pixel { x, y }) =
+                    marks.iter().flat_map(|mark| mark.ends).find(|end| !is_inside(end))
+                {
+                    let problem = format!("it has {width} x {height} pixels: no mark ends at {x},{y}");
+                    return Err(Error::at(&place)(problem));
+                }
                 let marks: Vec<([Pixel; 2], f64)> =
                     marks.iter().map(|mark| (mark.ends, mark.length_cm)).collect();
                 let scale = Calibration::fit_scale(&marks)

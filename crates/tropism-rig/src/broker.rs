@@ -64,6 +64,18 @@ impl Broker {
         if !cfg!(feature = "tls") && self.ca_file.is_some() {
             return Err("mqtt: ca_file needs the feature `tls`".to_owned());
         }
+        let host = self.host.trim_start_matches('[').trim_end_matches(']');
+        let is_foreign =
+            |letter: char| letter.is_whitespace() || letter.is_control() || "/@".contains(letter);
+        let is_host = !host.is_empty()
+            && !host.contains(is_foreign)
+            && (!host.contains(':') || host.parse::<std::net::Ipv6Addr>().is_ok());
+        if !is_host {
+            return Err(format!(
+                "mqtt: found host = {:?}, wanted a name or an address alone: the port is `port`, the user `username`",
+                self.host
+            ));
+        }
         Ok(())
     }
 

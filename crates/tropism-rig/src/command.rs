@@ -16,7 +16,7 @@ use crate::failed;
 use crate::seconds::{Seconds, one, ten, twenty};
 use crate::settings::{CameraSettings, FlashSettings, LampSettings, Outlet};
 use crate::switch::{Switch, cannot_dim};
-use crate::{retry, whole};
+use crate::{picture, retry, whole};
 
 /// A camera whose program writes a photograph to stdout, such as
 /// `rpicam-still --immediate --nopreview --output -`.
@@ -34,7 +34,19 @@ pub struct CommandCamera {
     pub retries: u32,
 }
 
+/// Checks that a program has a name.
+fn check_program(key: &str, words: &[String]) -> Result<(), String> {
+    match words.first() {
+        Some(program) if !program.is_empty() => Ok(()),
+        _ => Err(format!("found {key} = {words:?}, wanted a program and its arguments")),
+    }
+}
+
 impl CameraSettings for CommandCamera {
+    fn check(&self) -> Result<(), String> {
+        check_program("command", &self.command)
+    }
+
     fn open(&self) -> Result<Box<dyn Camera>, RigError> {
         Ok(Box::new(self.clone()))
     }
@@ -52,6 +64,7 @@ impl Camera for CommandCamera {
     fn photograph(&mut self) -> Result<Photo, RigError> {
         retry::retry(self.retries, || {
             let bytes = run("camera", &self.command, self.timeout_s.duration())?;
+            picture::check(&bytes).map_err(|problem| failed("camera", problem))?;
             Ok(Photo { name: String::new(), bytes, time_s: 0.0 })
         })
     }
@@ -100,6 +113,11 @@ pub struct CommandLamp {
 }
 
 impl LampSettings for CommandLamp {
+    fn check(&self, _period_min: f64) -> Result<(), String> {
+        check_program("on", &self.on)?;
+        check_program("off", &self.off)
+    }
+
     fn outlet(&self) -> Outlet {
         Outlet::Programs { on: self.on.clone(), off: self.off.clone() }
     }
@@ -145,6 +163,11 @@ pub struct CommandFlash {
 }
 
 impl FlashSettings for CommandFlash {
+    fn check(&self) -> Result<(), String> {
+        check_program("on", &self.on)?;
+        check_program("off", &self.off)
+    }
+
     fn outlet(&self) -> Outlet {
         Outlet::Programs { on: self.on.clone(), off: self.off.clone() }
     }
@@ -205,32 +228,29 @@ impl Switch for CommandSwitch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::picture::tests::jpeg;
 
     fn words(text: &[&str]) -> Vec<String> {
         text.iter().map(|&word| word.to_owned()).collect()
     }
 
     #[test]
-    fn gives_what_the_program_prints() {
-        let mut camera = CommandCamera {
-            command: words(&["sh", "-c", "printf '\\377\\330x'"]),
-            timeout_s: Seconds::new(5.0),
-            retries: 0,
-        };
-        assert_eq!(camera.photograph().unwrap().bytes, [0xff, 0xd8, b'x']);
-    }
-
-    #[test]
-    fn a_camera_that_fails_twice_is_asked_again() {
+    fn a_photograph_that_is_none_is_asked_for_again() {
         let folder = tempfile::tempdir().unwrap();
-        let count = folder.path().join("count");
-        let script = format!("echo x >> {0}; test $(wc -l < {0}) -ge 3 && echo photo", count.display());
+        let [count, photo] = ["count", "photo"].map(|name| folder.path().join(name).display().to_string());
+        std::fs::write(&photo, jpeg(1)).unwrap();
+        // It fails, then gives half a photograph, then one.
+        let script = format!(
+            "echo x >> {count}; n=$(wc -l < {count}); [ $n -gt 1 ] || exit 3; [ $n -gt 2 ] || exec head -c 200 {photo}; cat {photo}"
+        );
         let mut camera = CommandCamera {
             command: words(&["sh", "-c", &script]),
             timeout_s: Seconds::new(5.0),
             retries: 2,
         };
-        assert_eq!(camera.photograph().unwrap().bytes, b"photo\n");
+        assert_eq!(camera.photograph().unwrap().bytes, jpeg(1));
+        camera.command = words(&["echo", "<html>"]);
+        assert!(camera.photograph().unwrap_err().to_string().contains("<html>"));
     }
 
     #[test]

@@ -182,6 +182,12 @@ impl FlashDriver {
         self.settings().timeout_s() + f64::from(settle_s)
     }
 
+    /// Longest time for which it is lit, in seconds.
+    #[must_use]
+    pub fn max_on_s(&self) -> f64 {
+        self.settings().times()[1].into()
+    }
+
     /// Opens the flash and switches it off. `broker` is the rig's, if it has one.
     ///
     /// # Errors

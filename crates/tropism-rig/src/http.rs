@@ -109,9 +109,26 @@ pub(crate) fn check_url_shown(url: &str, shown: impl Fn(&str) -> String) -> Resu
     if url.contains(|letter: char| letter.is_whitespace() || letter.is_control()) {
         return Err(format!("{}, wanted it without blanks and controls", found()));
     }
-    match host {
-        Some(host) if !host.is_empty() && !host.starts_with('/') => Ok(()),
-        _ => Err(format!("{}, wanted http:// or https:// and a host", found())),
+    let Some(host) = host.and_then(|rest| rest.split(['/', '?', '#']).next()) else {
+        return Err(format!("{}, wanted http:// or https:// and a host", found()));
+    };
+    let host = host.rsplit_once('@').map_or(host, |(_, host)| host);
+    // Brackets hold the colons of an address.
+    let (name, port) = match host.split_once(']') {
+        Some((address, port)) => {
+            (address.trim_start_matches('['), port.strip_prefix(':').or((!port.is_empty()).then_some("")))
+        }
+        None => host.split_once(':').map_or((host, None), |(name, port)| (name, Some(port))),
+    };
+    if name.is_empty() {
+        return Err(format!("{}, wanted http:// or https:// and a host", found()));
+    }
+    match port {
+        Some(port) if port.parse::<u16>().is_ok_and(|port| port > 0) => Ok(()),
+        None => Ok(()),
+        Some(_) => {
+            Err(format!("{}, wanted a port from 1 to 65535, and an address with colons in brackets", found()))
+        }
     }
 }
 

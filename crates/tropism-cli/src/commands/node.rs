@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use clap::Args;
 use serde::Deserialize;
 use tropism::nodes::StateMachine;
@@ -112,5 +112,7 @@ pub(super) fn parse_broker(text: &str) -> Result<Broker> {
         }
         None => (text, 1883),
     };
-    Ok(Broker::new(host, port))
+    let broker = Broker::new(host, port);
+    broker.check().map_err(|error| anyhow!("--broker {text}: {error}"))?;
+    Ok(broker)
 }

@@ -9,6 +9,7 @@ use tropism::photo::Photo;
 use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, RigError};
 use tropism::vision::{Calibration, TipTracker};
 use tropism_bean::tent::Greenhouse;
+use tropism_rig::DeviceLock;
 use tropism_rig::file::RigFile;
 
 use super::judgement::{judge_camera, judge_flash, judge_lamp, judge_plant, judge_sides};
@@ -49,6 +50,8 @@ pub(super) struct Devices<'m> {
     shots: u32,
     /// Sizes of the photographs with the flash.
     bytes: Vec<usize>,
+    /// What keeps runs from driving the lamps and the flash meanwhile.
+    _locks: Vec<DeviceLock>,
 }
 
 impl Drop for Devices<'_> {
@@ -103,6 +106,7 @@ impl<'m> Devices<'m> {
             kept,
             shots: 0,
             bytes: Vec::new(),
+            _locks: Vec::new(),
         })
     }
 
@@ -114,6 +118,16 @@ impl<'m> Devices<'m> {
     ) -> Option<Self> {
         let calibration = rig.calibration();
         let broker = rig.mqtt.as_ref();
+        let locks = rig
+            .lock_devices()
+            .map_err(|error| {
+                findings.fail(
+                    Group::Lamps,
+                    error.to_string(),
+                    "wait until the run is over: no device was touched",
+                );
+            })
+            .ok()?;
         let mut fail = |group, error: String| {
             findings.fail(group, error, "see that it is plugged in, free, and named as the rig file says");
         };
@@ -151,6 +165,7 @@ impl<'m> Devices<'m> {
             kept,
             shots: 0,
             bytes: Vec::new(),
+            _locks: locks,
         })
     }
 

@@ -146,7 +146,7 @@ pub(super) fn judge_plant(tracker: &mut TipTracker, shots: &[Shot], findings: &m
         findings.fail(
             Group::Plant,
             format!("seen in {} of {}{class}", tips.len(), plural(shots.len(), "photograph")),
-            "tropism track PHOTOGRAPHS --guide shows crop and base; --photographs DIR keeps these",
+            "tropism track PHOTOGRAPHS --guide shows crop and base; tropism check --out DIR keeps these",
         );
         return;
     }
@@ -183,9 +183,7 @@ pub(super) fn judge_lamp(
     if gain < NOISE {
         findings.warn(
             Group::Lamps,
-            format!(
-                "{name}: did what it was printed, and the photograph does not show it ({gain:+.1} levels)"
-            ),
+            format!("{name}: obeyed, and the photograph does not show it ({gain:+.1} levels)"),
             "look whether it lights; if it does, these photographs are too short to show it",
         );
         return None;
