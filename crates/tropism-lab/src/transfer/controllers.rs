@@ -161,7 +161,7 @@ pub(crate) fn check_names<'n>(
 }
 
 /// The first name that comes up twice.
-fn repeated(names: &[String]) -> Option<&String> {
+pub(crate) fn repeated(names: &[String]) -> Option<&String> {
     names.iter().enumerate().find(|(place, name)| names[..*place].contains(name)).map(|(_, name)| name)
 }
 

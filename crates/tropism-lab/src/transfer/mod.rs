@@ -26,8 +26,8 @@ use tropism_bean::tent::Greenhouse;
 
 pub use self::causes::Cause;
 use self::causes::{Reference, Response};
-pub(crate) use self::controllers::check_names;
 pub use self::controllers::{ControllerSource, NamedController, read_controllers};
+pub(crate) use self::controllers::{check_names, repeated};
 pub use self::results::{
     ArrivalResults, ControllerPair, ControllerResults, OverPlants, SeenTurns, Share, TargetResults,
     TransferResults,

@@ -34,6 +34,7 @@ pub use self::study::{
     EvolvedRule, WallScenario, WallScenarioResults, WallStudyConfig, WallStudyPlan, WallStudyResults,
 };
 pub use self::watch::{WatchWallPlan, WatchWallResults, WatchedNode};
+use crate::transfer::repeated;
 use crate::{Error, Monitor, Workflow, files};
 
 /// Plants that a thread grows side by side. Chosen: two groups of vector lanes, few enough for several threads.
@@ -171,6 +172,17 @@ pub enum NodeRule {
     PathLit,
     /// The evolved network of a file.
     Evolved(PathBuf),
+}
+
+/// Checks that each rule has a name of its own, as its files do.
+pub(super) fn check_rules(rules: &[NodeRule]) -> Result<(), Error> {
+    let names: Vec<String> = rules.iter().map(NodeRule::name).collect();
+    match repeated(&names) {
+        Some(name) => {
+            Err(Error::Plan(format!("`rules`: two are called {name:?}, and so are their files: rename one")))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Makes the controller of each node.
@@ -359,6 +371,7 @@ impl Workflow for WallPlan {
         if self.rules.is_empty() {
             return Err(Error::Plan("`rules` is empty: name at least one".to_owned()));
         }
+        check_rules(&self.rules)?;
         if let (Some(out), false) = (&self.out, self.replace) {
             let there = self.paths(out).into_iter().find(|path| path.exists());
             if let Some(path) = there {

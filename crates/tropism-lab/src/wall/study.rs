@@ -9,7 +9,9 @@ use serde::{Deserialize, Serialize};
 use tropism::nodes::{NodeEvolutionConfig, NodeFaults, NodeScore, NodeWall, Proximity, StateMachineSettings};
 use tropism_bean::render::NodeCamera;
 
-use super::{EvolveNodesPlan, NodeRule, NodeRuleResults, NodesFile, WallFile, WallPlan, WallResults};
+use super::{
+    EvolveNodesPlan, NodeRule, NodeRuleResults, NodesFile, WallFile, WallPlan, WallResults, check_rules,
+};
 use crate::transfer::check_names;
 use crate::work::{self, Milestone, Pace, PartStatus, Place, Record, Stage, Unit, Units, Work, WorkStatus};
 use crate::{Error, Monitor, Workflow, files};
@@ -121,7 +123,11 @@ impl WallStudyConfig {
         if self.walls.is_empty() {
             return Err(Error::Plan("`walls` is empty: name at least one".to_owned()));
         }
-        check_names("walls", &[], self.walls.iter().map(|wall| wall.name.as_str()))?;
+        let networks: Vec<String> = self.evolve.iter().map(|seed| format!("evolved-{seed}.json")).collect();
+        let files =
+            ["run.lock", "walls.json", "walls.toml"].into_iter().chain(networks.iter().map(String::as_str));
+        let files: Vec<&str> = files.collect();
+        check_names("walls", &files, self.walls.iter().map(|wall| wall.name.as_str()))?;
         // Each network is a file that is called by its seed.
         let seeds: Vec<String> = self.evolve.iter().map(u64::to_string).collect();
         check_names("evolve", &[], seeds.iter().map(String::as_str))?;
@@ -137,7 +143,7 @@ impl WallStudyConfig {
             };
             return Err(Error::Plan(format!("wall {}: {problem}", wall.name)));
         }
-        Ok(())
+        self.walls.iter().try_for_each(|wall| check_rules(wall.rules.as_ref().unwrap_or(&self.rules)))
     }
 }
 

@@ -188,8 +188,13 @@ struct Watched {
     nodes: Vec<WatchedNode>,
     /// Whether each node was reported as silent.
     silent: Vec<bool>,
-    /// The latest step of any node.
+    /// Steps since the watch began. One passes each time that a node speaks of a new step for the second time in it: clocks of
+    /// nodes may differ, and one that is ahead must not make the others look silent.
     step: u32,
+    /// Whether each node has spoken in this step.
+    has_spoken: Vec<bool>,
+    /// The step in which each node was heard last.
+    heard: Vec<u32>,
     /// Since which step the lamps are not as they may be, and how.
     wrong: Option<(u32, String)>,
     dark: Option<String>,
@@ -206,9 +211,10 @@ impl Watched {
             is_alive: true,
         };
         let nodes: Vec<WatchedNode> = plan.file.wall.nodes.iter().enumerate().map(node).collect();
-        let silent = vec![false; nodes.len()];
+        let (silent, has_spoken, heard) =
+            (vec![false; nodes.len()], vec![false; nodes.len()], vec![0; nodes.len()]);
         let most_lit = plan.most_lit.into();
-        Ok(Self { path, most_lit, nodes, silent, step: 0, wrong: None, dark: None })
+        Ok(Self { path, most_lit, nodes, silent, step: 0, has_spoken, heard, wrong: None, dark: None })
     }
 
     /// Takes what was heard, and reports what is new in words. Returns the order to be dark when it must be given.
@@ -232,8 +238,17 @@ impl Watched {
             }
             Heard::Said(number, message) => {
                 let node = &mut self.nodes[number];
-                let before = node.latest.replace(message).unwrap_or_default();
+                let before = node.latest.replace(message);
                 node.messages += 1;
+                if before.is_none_or(|before| before.step != message.step) {
+                    if self.has_spoken[number] {
+                        self.step += 1;
+                        self.has_spoken.fill(false);
+                    }
+                    self.has_spoken[number] = true;
+                }
+                self.heard[number] = self.step;
+                let before = before.unwrap_or_default();
                 let changes = [
                     (before.sees, message.sees, "sees the plant"),
                     (before.done, message.done, "done"),
@@ -243,7 +258,6 @@ impl Watched {
                 for (_, _, text) in changes.into_iter().filter(|(was, is, _)| is & !was) {
                     report(format!("{}: {text}", node.name));
                 }
-                self.step = self.step.max(message.step);
                 self.report_silent(report);
                 self.judge()
             }
@@ -252,9 +266,8 @@ impl Watched {
 
     /// Reports once each node that says nothing any more.
     fn report_silent(&mut self, report: &mut dyn FnMut(String)) {
-        for (node, was_silent) in self.nodes.iter().zip(&mut self.silent) {
-            let is_silent =
-                node.latest.is_some_and(|latest| self.step.saturating_sub(latest.step) > SILENT_STEPS);
+        for ((node, heard), was_silent) in self.nodes.iter().zip(&self.heard).zip(&mut self.silent) {
+            let is_silent = node.messages > 0 && self.step - heard > SILENT_STEPS;
             if is_silent && !*was_silent {
                 report(format!("{}: warning: not heard for {SILENT_STEPS} steps", node.name));
             }
@@ -264,12 +277,11 @@ impl Watched {
 
     /// Numbers of the nodes that said lately that they are lit.
     fn lit(&self) -> impl Iterator<Item = usize> {
-        let is_lit = |node: &WatchedNode| {
-            node.latest.is_some_and(|latest| {
-                latest.level > 0 && self.step.saturating_sub(latest.step) <= SILENT_STEPS
-            })
+        let is_lit = |number: &usize| {
+            let is_lit = self.nodes[*number].latest.is_some_and(|latest| latest.level > 0);
+            is_lit && self.step - self.heard[*number] <= SILENT_STEPS
         };
-        (0..self.nodes.len()).filter(move |&number| is_lit(&self.nodes[number]))
+        (0..self.nodes.len()).filter(is_lit)
     }
 
     /// Whether the lamps are as they may be; the order to be dark if they have not been for some steps.
@@ -362,6 +374,22 @@ mod tests {
             assert_eq!(orders, [(1 + PATIENCE_STEPS, false)], "once");
             assert!(wall.dark.is_some());
         }
+    }
+
+    #[test]
+    fn a_node_whose_clock_is_ahead_hides_no_lamp() {
+        let mut wall = Watched::new(&plan()).unwrap();
+        let mut reported = Vec::new();
+        let mut orders = Vec::new();
+        for step in 1..8 {
+            // The second is not on the path.
+            for heard in [said(4, step + 100_000, 0, false), said(1, step, 255, false)] {
+                let order = wall.hear(heard, &mut |text| reported.push(text));
+                orders.extend(order.map(|order| (step, order)));
+            }
+        }
+        assert_eq!(orders, [(1 + PATIENCE_STEPS, false)]);
+        assert!(reported.iter().all(|text| !text.contains("not heard")), "{reported:?}");
     }
 
     #[test]

@@ -256,11 +256,16 @@ impl NodeWall {
         }
     }
 
-    /// Whether the plant is on the side of `node` on its level: whether no sibling is nearer to `x`, in cm.
+    /// Whether the plant is on the side of `node` on its level: whether no sibling is nearer to `x`, in cm. A node alone on its
+    /// level has its side of the middle.
     #[must_use]
     pub fn is_nearest(&self, node: usize, x: f64) -> bool {
-        let far = |node: usize| (self.nodes[node].at[0] - x).abs();
-        self.siblings(node).into_iter().all(|other| far(node) < far(other))
+        let at = self.nodes[node].at[0];
+        let far = |x_of: f64| (x_of - x).abs();
+        let siblings = self.siblings(node);
+        let is_nearer = |other: f64| far(at) < far(other);
+        siblings.iter().all(|other| is_nearer(self.nodes[*other].at[0]))
+            && (!siblings.is_empty() || at == 0.0 || is_nearer(-at))
     }
 
     /// Least distance along x between nodes of one level, in cm; `None` where no level has two.
@@ -277,6 +282,15 @@ impl NodeWall {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_node_alone_on_its_level_has_its_side_of_the_middle() {
+        let mut wall = NodeWall::three_levels();
+        let pair: Vec<usize> = std::iter::once(0).chain(wall.siblings(0)).collect();
+        assert!(wall.is_nearest(0, wall.nodes[0].at[0]) && !wall.is_nearest(0, -wall.nodes[0].at[0]));
+        wall.nodes.remove(pair[1]);
+        assert!(wall.is_nearest(0, wall.nodes[0].at[0]) && !wall.is_nearest(0, -wall.nodes[0].at[0]));
+    }
 
     #[test]
     fn random_paths_follow_links_and_take_both_sides() {
