@@ -49,11 +49,11 @@ impl LightRecord {
         Ok(Self(rows))
     }
 
-    /// Lights the samples of a track by this record; before its first row they are dark.
+    /// Lights the samples of a track by this record; before its first row they are dark. Times of both begin with the first
+    /// photograph, in which the plant may not have been seen yet.
     pub(super) fn light(&self, track: &mut Track) {
-        let start_s = track.samples.first().map_or(0.0, |sample| sample.time_s);
         for sample in &mut track.samples {
-            let time_h = (sample.time_s - start_s) / 3600.0;
+            let time_h = sample.time_s / 3600.0;
             let past = self.0.partition_point(|&(from, _)| from <= time_h + 1e-9);
             sample.set_lighting(past.checked_sub(1).map_or(Lighting::DARK, |row| self.0[row].1));
         }

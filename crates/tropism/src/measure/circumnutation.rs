@@ -13,6 +13,8 @@ use serde::Serialize;
 
 use super::estimate::{Estimate, Status};
 use super::forcing::{durbin, minimised};
+use crate::math::cholesky::Cholesky;
+use crate::math::matrix::solve;
 use crate::math::statistics::{mean, standard_deviation};
 use crate::math::vector::dot_slices;
 use crate::math::{cos, exp, ln};
@@ -120,6 +122,46 @@ impl Series {
     }
 }
 
+impl Series {
+    /// The standard deviation of the swing in this very record: its root mean square given the angles, by the posterior of the
+    /// Gaussian process with these numbers (Rasmussen and Williams, eqs. 2.25 and 2.26). The one of the process is that of all records
+    /// which could have been, and the search for it is short.
+    fn swing_deviation(&self, numbers: &Numbers) -> Option<f64> {
+        let [red, red_h, white, swing, period, coherence] = numbers.map(exp);
+        let count = self.values.len();
+        let time = |row: usize, column: usize| row.abs_diff(column) as f64 * self.step_h;
+        let of_swing = |row: usize, column: usize| {
+            let time = time(row, column);
+            swing * swing * exp(-time / coherence) * cos(TAU * time / period)
+        };
+        let of_rest = |row: usize, column: usize| {
+            let noise = if row == column { white * white + 1e-8 * self.scale * self.scale } else { 0.0 };
+            red * red * exp(-time(row, column) / red_h) + noise
+        };
+        let covariance = (0..count * count).map(|at| (at / count, at % count));
+        let covariance =
+            covariance.map(|(row, column)| of_swing(row, column) + of_rest(row, column)).collect();
+        let factor = Cholesky::of(covariance, count)?;
+        // Constant and drift by generalised least squares.
+        let [one, line] = [vec![1.0; count], (0..count).map(|row| row as f64).collect::<Vec<f64>>()];
+        let [of_one, of_line, of_values] = [&one, &line, &self.values].map(|values| factor.solve(values));
+        let product = |left: &[f64], right: &[f64]| dot_slices(left, right);
+        let matrix = [
+            [product(&one, &of_one), product(&one, &of_line)],
+            [product(&line, &of_one), product(&line, &of_line)],
+        ];
+        let [constant, slope] = solve(matrix, [product(&one, &of_values), product(&line, &of_values)])?;
+        let weights: Vec<f64> =
+            (0..count).map(|row| of_values[row] - constant * of_one[row] - slope * of_line[row]).collect();
+        let square = |row: usize| {
+            let covariance: Vec<f64> = (0..count).map(|column| of_swing(row, column)).collect();
+            let whitened = factor.solve_lower(&covariance);
+            dot_slices(&covariance, &weights).powi(2) + swing * swing - dot_slices(&whitened, &whitened)
+        };
+        Some(mean((0..count).map(square)).sqrt())
+    }
+}
+
 /// Lamps that change within a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LampCycle {
@@ -179,7 +221,7 @@ pub fn circumnutation(times_h: &[f64], angles: &[f64], lamps: Option<LampCycle>)
     let best = minimised(best, 0.3, 2 * CALLS, |numbers| series.deviance(&numbers, true));
     let of_best = series.deviance(&best, true);
     let gain = 0.5 * (of_red - of_best);
-    let [.., swing, ln_period, _] = best;
+    let [.., ln_period, _] = best;
     let period = exp(ln_period);
     if gain < MIN_GAIN {
         return none("no swing beyond red noise", gain);
@@ -222,7 +264,7 @@ pub fn circumnutation(times_h: &[f64], angles: &[f64], lamps: Option<LampCycle>)
     let period =
         Estimate { symbol: "T_cn".to_owned(), value: period, interval, status, reason: reason.clone() };
     // A swing of standard deviation s has the amplitude s sqrt 2; each cycle gives it anew.
-    let amplitude = exp(swing) * SQRT_2;
+    let amplitude = series.swing_deviation(&best).unwrap_or(f64::NAN) * SQRT_2;
     let half = 1.645 / (2.0 * cycles).sqrt();
     let amplitude =
         Estimate { status, reason, ..Estimate::log_normal("A_cn", ln(amplitude.to_degrees()), half) };
@@ -262,7 +304,11 @@ mod tests {
         assert_eq!(found.period.status, Status::Measured, "{found:?}");
         assert!((found.period.value / 1.7 - 1.0).abs() < 0.1, "{found:?}");
         assert!((found.period.interval[0]..found.period.interval[1]).contains(&1.7), "{found:?}");
-        assert!((found.amplitude.value / 5.7 - 1.0).abs() < 0.5, "{found:?}");
+        for (amplitude, seed) in [(0.05, 4), (0.1, 1), (0.2, 5), (0.5, 6)] {
+            let (times, angles) = series(1.7, amplitude, seed);
+            let found = circumnutation(&times, &angles, None).amplitude.value;
+            assert!((found / amplitude.to_degrees() - 1.0).abs() < 0.2, "{found} for {amplitude}");
+        }
         let (times, angles) = series(1.7, 0.0, 2);
         assert_eq!(circumnutation(&times, &angles, None).period.status, Status::NotIdentified);
         // A swing with the period of lamps that change may be the response to them.
