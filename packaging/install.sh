@@ -41,12 +41,14 @@ main() {
   # By a new name first: a program that runs is replaced whole.
   cp "$unpacked/tropism" "$to/bin/.tropism.new"
   chmod 755 "$to/bin/.tropism.new"
+  # One that does not run here replaces nothing.
+  version=$("$to/bin/.tropism.new" --version) || { rm -f "$to/bin/.tropism.new"; fail "the program does not run here: nothing was replaced"; }
   mv -f "$to/bin/.tropism.new" "$to/bin/tropism"
   cp "$unpacked"/man/*.1 "$to/share/man/man1/"
   cp "$unpacked/completions/tropism.bash" "$to/share/bash-completion/completions/tropism"
   cp "$unpacked/completions/tropism.fish" "$to/share/fish/vendor_completions.d/"
 
-  echo "$("$to/bin/tropism" --version) is in $to/bin"
+  echo "$version is in $to/bin"
   case :$PATH: in
     *":$to/bin:"*) ;;
     *) echo "add it to the path: export PATH=\"$to/bin:\$PATH\"" ;;

@@ -76,30 +76,6 @@ impl Default for Greenhouse {
     }
 }
 
-/// A setting of the virtual tent outside its range.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum GreenhouseError {
-    /// The individual variation.
-    #[error(transparent)]
-    Variation(OutOfRange),
-    /// A parameter of the plant.
-    #[error("greenhouse.bean: {0}")]
-    Bean(OutOfRange),
-    /// A setting of the scene.
-    #[error("greenhouse.scene: {0}")]
-    Scene(OutOfRange),
-    /// A solid.
-    #[error("greenhouse.{0}")]
-    Solids(OutOfRange),
-    /// Limits of the lamps.
-    #[error("greenhouse.allowed: {0}")]
-    Allowed(OutOfRange),
-    /// A fault rate.
-    #[error("greenhouse.faults: {0}")]
-    Faults(OutOfRange),
-}
-
 /// When an experiment in the virtual tent begins. Chosen: when people begin.
 const MORNING: TimeOfDay = TimeOfDay::new(8, 0);
 
@@ -235,15 +211,15 @@ impl Greenhouse {
     /// Checks that every setting lies in its range.
     ///
     /// # Errors
-    /// [`GreenhouseError`] names the key, its value and its range.
-    pub fn check(&self) -> Result<(), GreenhouseError> {
-        check::within("greenhouse.variation", self.variation, 0.0..=2.0)
-            .map_err(GreenhouseError::Variation)?;
-        self.bean.check().map_err(GreenhouseError::Bean)?;
-        self.scene.check().map_err(GreenhouseError::Scene)?;
-        self.allowed.check().map_err(GreenhouseError::Allowed)?;
-        self.check_solids().map_err(GreenhouseError::Solids)?;
-        self.faults.check().map_err(GreenhouseError::Faults)
+    /// [`OutOfRange`] names the key, its value and its range.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        let of = |table: &'static str| move |error: OutOfRange| error.in_table(table);
+        check::within("greenhouse.variation", self.variation, 0.0..=2.0)?;
+        self.bean.check().map_err(of("greenhouse.bean"))?;
+        self.scene.check().map_err(of("greenhouse.scene"))?;
+        self.allowed.check().map_err(of("greenhouse.allowed"))?;
+        self.check_solids().map_err(of("greenhouse"))?;
+        self.faults.check().map_err(of("greenhouse.faults"))
     }
 
     /// The same tent with what `task` needs. For a task in space: a camera at the side, and four lamps instead of the paper's
@@ -287,7 +263,7 @@ impl Greenhouse {
         for (index, solid) in self.solids.iter().enumerate() {
             solid.check().map_err(|error| error.in_table(&format!("solids[{index}]")))?;
             let wanted = "a solid that leaves room for the base of the stem";
-            check::ensure(!covers_base(solid), format!("solids[{index}]"), format!("{solid:?}"), wanted)?;
+            check::ensure(!covers_base(solid), format!("solids[{index}]"), "a solid at the root", wanted)?;
         }
         Ok(())
     }

@@ -179,7 +179,7 @@ fn a_score_is_that_of_the_plant_grown_alone_and_no_optimum_lies_below_it() {
 #[test]
 fn a_optimum_says_on_how_many_plants_a_schedule_does_the_whole_task() {
     let folder = tempfile::tempdir().unwrap();
-    // A target beside the tip, and a disc in which the stem stands already: nothing can avoid that one.
+    // A target before the tip, and a disc beside it, or one in which it lies: nothing can avoid that one.
     let task = |centre: [f64; 2]| Task {
         targets: vec![[0.0, 4.6].into()],
         obstacles: vec![Obstacle::Disc { centre: centre.into(), radius_cm: 0.5 }],
@@ -192,7 +192,7 @@ fn a_optimum_says_on_how_many_plants_a_schedule_does_the_whole_task() {
         TransferPlan { optimum: true, task: task(centre), ..plan }.execute(&Silent).unwrap().optimum_done
     };
     assert_eq!(share("far", [3.0, 4.0]).unwrap().share, 1.0);
-    assert_eq!(share("through", [0.0, 2.0]).unwrap().share, 0.0);
+    assert_eq!(share("through", [0.0, 4.75]).unwrap().share, 0.0);
     assert_eq!(plan(folder.path().join("none")).execute(&Silent).unwrap().optimum_done, None);
 }
 

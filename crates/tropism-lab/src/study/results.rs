@@ -122,7 +122,7 @@ impl OpenLoopNumbers {
                 parts[FAST_STEPS.iter().filter(|end| step >= **end).count()].push(dx.abs());
             }
         }
-        all.mean_dx = parts.map(|part| if part.is_empty() { 0.0 } else { mean(part.into_iter()) });
+        all.mean_dx = parts.map(|part| if part.is_empty() { 0.0 } else { mean(part) });
         all
     }
 }

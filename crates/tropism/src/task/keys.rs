@@ -14,8 +14,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{OpenLoop, Reading, Score, Targets, kinds};
 use crate::check::{OutOfRange, ensure, within};
-use crate::geometry::Point;
-use crate::obstacle::{Obstacle, Pole};
+use crate::geometry::{Point, Polyline};
+use crate::obstacle::{Obstacle, Pole, clearance};
 
 macro_rules! keys {
     ($($(#[doc = $doc:literal])+ $key:ident: $type:ty = $default:expr, $check:expr;)+) => {
@@ -191,7 +191,13 @@ keys! {
     /// What the stem must not touch.
     obstacles: Vec<Obstacle> = Vec::new(), |task| {
         task.obstacles.iter().enumerate().try_for_each(|(index, obstacle)| {
-            obstacle.check().map_err(|error| error.in_table(&format!("obstacles[{index}]")))
+            let key = format!("obstacles[{index}]");
+            obstacle.check().map_err(|error| error.in_table(&key))?;
+            // A plant in an obstacle is pushed out of it at once, and no controller is to blame for that.
+            let seedling = Polyline(vec![Point::default(), task.start]);
+            let distance = clearance(&[*obstacle], &seedling).map_or(f64::INFINITY, |nearest| nearest.distance_cm);
+            let found = format!("{distance:.2} cm from the line from the root to the start of the tip");
+            ensure(distance > task.stem_radius_cm, key, found, "more than the radius of the stem")
         })
     };
     /// Points in ascending height, in cm, by which controllers steer on their way to the targets. They are worth nothing.

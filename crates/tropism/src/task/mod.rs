@@ -397,6 +397,7 @@ mod tests {
         let points = |points: &[[f64; 2]]| points.iter().copied().map(Point::from).collect::<Vec<_>>();
         let swapped = Task { targets: points(&[[1.0, 9.0], [1.0, 6.0]]), ..Task::default() };
         let flat = Obstacle::Disc { centre: Point::new(0.0, 8.0), radius_cm: -1.0 };
+        let on_seedling = Obstacle::Disc { centre: Point::new(0.6, 3.0), radius_cm: 1.0 };
         let on_root = Pole { at: [0.5, 0.0], radius_cm: 1.0, height_cm: 40.0 };
         let cases = [
             (swapped, "targets[1] = [1.0, 6.0]"),
@@ -405,6 +406,10 @@ mod tests {
             (Task { turns: 2.0, ..Task::default() }, "this key only beside kind = \"spiral\""),
             (Task { targets: Vec::new(), ..Task::obstacles() }, "targets = []"),
             (Task { obstacles: vec![flat], ..Task::obstacles() }, "obstacles[0].radius_cm = -1"),
+            (
+                Task { obstacles: vec![on_seedling], ..Task::obstacles() },
+                "obstacles[0] = -0.40 cm from the line",
+            ),
             (
                 Task { way_points: points(&[[1.0, 9.0], [1.0, 8.0]]), ..Task::obstacles() },
                 "way_points[1] = [1.0, 8.0]",
