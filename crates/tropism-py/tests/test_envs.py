@@ -258,7 +258,7 @@ def test_tasks_go_to_the_environment_that_knows_them() -> None:
     with pytest.raises(tropism.PlanError, match=r"plants: found \"horses\", wanted one of grow, transfer"):
         gymnasium.make("tropism/Bean-v0", plants="horses")
     covered = {"kind": "obstacles", "targets": [[0, 13]], "obstacles": [{"disc": [0, 0], "radius_cm": 1}]}
-    with pytest.raises(tropism.PlanError, match="leaves room for the base"):
+    with pytest.raises(tropism.PlanError, match="wanted more than the radius of the stem"):
         gymnasium.make("tropism/Obstacles-v0", task=covered)
 
 

@@ -81,7 +81,7 @@ def test_stems_of_other_numbers_of_points_are_resampled(tmp_path: Path) -> None:
 
 def test_a_track_is_scored_by_what_it_has(track: Track) -> None:
     flat = Track.from_arrays(np.zeros((3, 2)), ["left"] * 3)
-    disc = {"kind": "obstacles", "targets": [[1, 6]], "obstacles": [{"disc": [0, 5], "radius_cm": 1}]}
+    disc = {"kind": "obstacles", "targets": [[1, 6]], "obstacles": [{"disc": [0, 6], "radius_cm": 1}]}
     for task, wanted in [
         (disc, "scored by the stem"),
         ({"targets": [[3, 6], [1, 2]]}, "targets"),
