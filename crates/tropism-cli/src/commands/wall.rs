@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use tropism::nodes::{NodeEvolutionConfig, NodeFaults};
 use tropism_lab::files::shell_word;
@@ -104,6 +104,9 @@ impl Wall {
         let (species, variation) =
             (self.bean.load()?.unwrap_or_default(), checked_variation(self.variation)?);
         if let Some(out) = self.evolve {
+            // By this ending --rules knows it from the names of rules.
+            let is_json = out.extension().is_some_and(|extension| extension == "json");
+            ensure!(is_json, "--evolve {}: wanted a file that ends in .json", out.display());
             let (runs, generations) = (self.runs, self.generations);
             let config = NodeEvolutionConfig { runs, generations, ..NodeEvolutionConfig::default() };
             let (seed, replace) = (self.seed.seed, self.force);
@@ -195,7 +198,12 @@ fn parse_rule(text: &str) -> Result<NodeRule, String> {
 }
 
 fn parse_faults(text: &str) -> Result<NodeFaults, String> {
-    let settings = text.replace('-', "_").replace(',', "\n");
+    // Names alone: a value may be negative or have an exponent.
+    let with_name = |setting: &str| match setting.split_once('=') {
+        Some((name, value)) => format!("{}={value}", name.replace('-', "_")),
+        None => setting.to_owned(),
+    };
+    let settings = text.split(',').map(with_name).collect::<Vec<_>>().join("\n");
     let faults: NodeFaults = toml::from_str(&settings).map_err(|error| {
         format!("{}; wanted names and values such as blind=1,lost=0.3", error.message().trim())
     })?;
