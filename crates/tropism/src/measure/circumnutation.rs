@@ -40,7 +40,7 @@ const PROFILE_CALLS: usize = 40;
 pub struct Circumnutation {
     /// Period `T_cn`, in h.
     pub period: Estimate,
-    /// Amplitude `A_cn` of the tip's angle, in degrees; in one plane, so that a swing across it is missed.
+    /// Amplitude `A_cn` of the angle of the upper third of the stem, in degrees; in one plane, so that a swing across it is missed.
     pub amplitude: Estimate,
     /// Cycles in the record; 0 without a swing.
     pub cycles: f64,
