@@ -9,7 +9,6 @@ use super::lamp;
 use super::plot::{Axis, Plot, number};
 use super::{Body, Figure, Plants};
 use tropism::lamps::{Layout, Light};
-use tropism::observation::Quality;
 use tropism::track::{PAPER_PERIOD_MIN, SAME_PERIOD, Track};
 
 /// Shifts of this many cm a step and more share the last colour (end of the colour bar of Fig. 3).
@@ -129,9 +128,7 @@ fn swings(track: &Track) -> Vec<Swing> {
             Some((same, since)) if same == light => (light, since),
             _ => (light, before.step),
         });
-        let is_measured =
-            before.quality != Quality::CarriedForward && after.quality != Quality::CarriedForward;
-        if let Some((light, since)) = lit.filter(|_| is_measured && after.step - before.step == 1) {
+        if let Some((light, since)) = lit.filter(|_| before.shifts_to(after)) {
             let shift = (after.tip.x - before.tip.x).abs();
             swings.push(Swing { step: before.step, light, duration: before.step - since + 1, shift });
         }

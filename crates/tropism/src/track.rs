@@ -43,6 +43,14 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// Whether the way of the tip from here to `after` is the movement of a step: both tips are measured, and `after` is the next
+    /// step. A held value is no measurement.
+    #[must_use]
+    pub fn shifts_to(&self, after: &Self) -> bool {
+        let are_measured = [self, after].iter().all(|sample| sample.quality != Quality::CarriedForward);
+        are_measured && after.step == self.step.wrapping_add(1)
+    }
+
     /// What was `seen` at a step, and the lighting decided for it.
     #[must_use]
     pub fn of(seen: Observation, step: u32, time_s: f64, lighting: impl Into<Lighting>) -> Self {
@@ -345,11 +353,8 @@ impl Track {
     pub fn shifts(&self) -> impl Iterator<Item = (Point, Point, Light)> {
         self.samples.windows(2).filter_map(move |pair| {
             let (before, after) = (&pair[0], &pair[1]);
-            let is_measured =
-                before.quality != Quality::CarriedForward && after.quality != Quality::CarriedForward;
-            let is_next = after.step == before.step.wrapping_add(1);
             let light = before.lighting().bending(&self.layout).flatten()?;
-            (is_measured && is_next).then_some((before.tip, after.tip, light))
+            before.shifts_to(after).then_some((before.tip, after.tip, light))
         })
     }
 

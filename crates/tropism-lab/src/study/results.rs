@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, Champion, Trial};
 use tropism::math::statistics::mean;
-use tropism::observation::Quality;
 use tropism::plant::PlantModel;
 use tropism::plant::tip::TipModel;
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
@@ -110,11 +109,7 @@ impl OpenLoopNumbers {
                 all.farthest_x = all.farthest_x.max(tip.x.abs());
                 all.highest_y = all.highest_y.max(tip.y);
             }
-            let is_shift = |pair: &&[Sample]| {
-                pair[0].step + 1 == pair[1].step
-                    && pair.iter().all(|sample| sample.quality != Quality::CarriedForward)
-            };
-            for pair in track.samples.windows(2).filter(is_shift) {
+            for pair in track.samples.windows(2).filter(|pair| pair[0].shifts_to(&pair[1])) {
                 let (dx, dy) = (pair[1].tip.x - pair[0].tip.x, pair[1].tip.y - pair[0].tip.y);
                 all.greatest_dx = all.greatest_dx.max(dx.abs());
                 all.greatest_dy = all.greatest_dy.max(dy.abs());

@@ -213,15 +213,14 @@ impl Series {
             let steps = f64::from(pair[1].step - pair[0].step);
             ((pair[1].time_s - pair[0].time_s) / period_s - steps).abs() >= MOST_OFF_PERIOD
         };
-        let between = self.frames.windows(2).filter(is_between).count();
-        let first = self.frames.windows(2).find(is_between)?;
-        (between as f64 > OFTEN_BETWEEN * self.frames.len() as f64).then(|| {
+        let between: Vec<&[Frame]> = self.frames.windows(2).filter(is_between).collect();
+        (between.len() as f64 > OFTEN_BETWEEN * self.frames.len() as f64).then(|| {
             format!(
                 "{} do not follow the one before by whole periods of {}, such as {}: keep one photograph a period, or give \
                  another `period_min`",
-                plural(between, "photograph"),
+                plural(between.len(), "photograph"),
                 units::time(period_s),
-                first[1].name
+                between[0][1].name
             )
         })
     }

@@ -123,10 +123,11 @@ impl WallStudyConfig {
         if self.walls.is_empty() {
             return Err(Error::Plan("`walls` is empty: name at least one".to_owned()));
         }
-        let networks: Vec<String> = self.evolve.iter().map(|seed| format!("evolved-{seed}.json")).collect();
-        let files =
-            ["run.lock", "walls.json", "walls.toml"].into_iter().chain(networks.iter().map(String::as_str));
-        let files: Vec<&str> = files.collect();
+        // A wall is a folder beside the files of the study.
+        let networks: Vec<String> = self.evolve.iter().map(|&seed| network_name(seed)).collect();
+        let mut files = vec!["run.lock", WallStudyPlan::RECORD];
+        files.extend(WallStudyPlan::RESULTS);
+        files.extend(networks.iter().map(String::as_str));
         check_names("walls", &files, self.walls.iter().map(|wall| wall.name.as_str()))?;
         // Each network is a file that is called by its seed.
         let seeds: Vec<String> = self.evolve.iter().map(u64::to_string).collect();
@@ -312,10 +313,15 @@ impl Work for WallStudyPlan {
     }
 }
 
+/// The name of the file of the network of an evolution.
+fn network_name(seed: u64) -> String {
+    format!("evolved-{seed}.json")
+}
+
 impl WallStudyPlan {
     /// The file of the network of an evolution.
     fn network(&self, seed: u64) -> PathBuf {
-        self.out.join(format!("evolved-{seed}.json"))
+        self.out.join(network_name(seed))
     }
 
     /// The file with the results of a wall.

@@ -85,19 +85,32 @@ impl Series {
         Self { values, step_h, scale, duration_h }
     }
 
-    /// Twice the negative logarithm of the restricted likelihood, constant and drift projected out, with a wide prior of the times.
-    fn deviance(&self, numbers: &Numbers, swings: bool) -> f64 {
-        let [red, red_h, white, swing, period, coherence] = numbers.map(exp);
+    /// Covariances of the values at each lag.
+    fn covariances(&self, numbers: &Numbers, swings: bool) -> Vec<f64> {
+        let [red, red_h, white, ..] = numbers.map(exp);
+        let covariance = |lag: usize| red * red * exp(-(lag as f64 * self.step_h) / red_h);
+        let mut lags: Vec<f64> = (0..self.values.len()).map(covariance).collect();
+        if swings {
+            lags.iter_mut().zip(self.covariances_of_swing(numbers)).for_each(|(lag, swing)| *lag += swing);
+        }
+        lags[0] += white * white + 1e-8 * self.scale * self.scale;
+        lags
+    }
+
+    /// Covariances of the swing at each lag.
+    fn covariances_of_swing(&self, numbers: &Numbers) -> Vec<f64> {
+        let [.., swing, period, coherence] = numbers.map(exp);
         let covariance = |lag: usize| {
             let time = lag as f64 * self.step_h;
-            let mut value = red * red * exp(-time / red_h);
-            if swings {
-                value += swing * swing * exp(-time / coherence) * cos(TAU * time / period);
-            }
-            value
+            swing * swing * exp(-time / coherence) * cos(TAU * time / period)
         };
-        let mut lags: Vec<f64> = (0..self.values.len()).map(covariance).collect();
-        lags[0] += white * white + 1e-8 * self.scale * self.scale;
+        (0..self.values.len()).map(covariance).collect()
+    }
+
+    /// Twice the negative logarithm of the restricted likelihood, constant and drift projected out, with a wide prior of the times.
+    fn deviance(&self, numbers: &Numbers, swings: bool) -> f64 {
+        let [_, red_h, _, _, period, coherence] = numbers.map(exp);
+        let lags = self.covariances(numbers, swings);
         let mut whitened: [Vec<f64>; 3] = Default::default();
         let ln_determinant = durbin(&lags, |place, weights, variance| {
             let (mut value, mut one, mut time) = (0.0, 0.0, 0.0);
@@ -120,43 +133,26 @@ impl Series {
             apart(red_h, self.duration_h / 12.0) + if swings { apart(coherence, 4.0 * period) } else { 0.0 };
         ln_determinant + ln(determinant) + dot_slices(&y, &y) - explained + prior
     }
-}
 
-impl Series {
     /// The standard deviation of the swing in this very record: its root mean square given the angles, by the posterior of the
     /// Gaussian process with these numbers (Rasmussen and Williams, eqs. 2.25 and 2.26). The one of the process is that of all records
     /// which could have been, and the search for it is short.
     fn swing_deviation(&self, numbers: &Numbers) -> Option<f64> {
-        let [red, red_h, white, swing, period, coherence] = numbers.map(exp);
         let count = self.values.len();
-        let time = |row: usize, column: usize| row.abs_diff(column) as f64 * self.step_h;
-        let of_swing = |row: usize, column: usize| {
-            let time = time(row, column);
-            swing * swing * exp(-time / coherence) * cos(TAU * time / period)
-        };
-        let of_rest = |row: usize, column: usize| {
-            let noise = if row == column { white * white + 1e-8 * self.scale * self.scale } else { 0.0 };
-            red * red * exp(-time(row, column) / red_h) + noise
-        };
-        let covariance = (0..count * count).map(|at| (at / count, at % count));
-        let covariance =
-            covariance.map(|(row, column)| of_swing(row, column) + of_rest(row, column)).collect();
-        let factor = Cholesky::of(covariance, count)?;
+        let (all, swing) = (self.covariances(numbers, true), self.covariances_of_swing(numbers));
+        let lags = (0..count * count).map(|at| (at / count).abs_diff(at % count));
+        let factor = Cholesky::of(lags.map(|lag| all[lag]).collect(), count)?;
         // Constant and drift by generalised least squares.
         let [one, line] = [vec![1.0; count], (0..count).map(|row| row as f64).collect::<Vec<f64>>()];
         let [of_one, of_line, of_values] = [&one, &line, &self.values].map(|values| factor.solve(values));
-        let product = |left: &[f64], right: &[f64]| dot_slices(left, right);
-        let matrix = [
-            [product(&one, &of_one), product(&one, &of_line)],
-            [product(&line, &of_one), product(&line, &of_line)],
-        ];
-        let [constant, slope] = solve(matrix, [product(&one, &of_values), product(&line, &of_values)])?;
+        let matrix = [&one, &line].map(|row| [&of_one, &of_line].map(|column| dot_slices(row, column)));
+        let [constant, slope] = solve(matrix, [&one, &line].map(|row| dot_slices(row, &of_values)))?;
         let weights: Vec<f64> =
             (0..count).map(|row| of_values[row] - constant * of_one[row] - slope * of_line[row]).collect();
         let square = |row: usize| {
-            let covariance: Vec<f64> = (0..count).map(|column| of_swing(row, column)).collect();
+            let covariance: Vec<f64> = (0..count).map(|column| swing[row.abs_diff(column)]).collect();
             let whitened = factor.solve_lower(&covariance);
-            dot_slices(&covariance, &weights).powi(2) + swing * swing - dot_slices(&whitened, &whitened)
+            dot_slices(&covariance, &weights).powi(2) + swing[0] - dot_slices(&whitened, &whitened)
         };
         Some(mean((0..count).map(square)).sqrt())
     }

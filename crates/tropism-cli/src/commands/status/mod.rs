@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use tropism::rig::EventKind;
 use tropism::task::TargetOutlook;
 use tropism_lab::files::shell_word;
 use tropism_lab::status::{LatestEvent, RunState, RunStatus, StatusPlan, StatusResults};
@@ -139,6 +140,7 @@ pub(crate) fn outlook_text(outlook: &TargetOutlook) -> String {
 }
 
 fn headline(status: &RunStatus) -> String {
+    let is_state = |event: &&LatestEvent| event.kind.parse().is_ok_and(EventKind::is_state);
     let kind = if status.is_virtual { "a virtual plant" } else { "a plant" };
     let run = status.run.display();
     let process = status.process.map_or_else(String::new, |process| format!(" (process {process})"));
@@ -146,8 +148,8 @@ fn headline(status: &RunStatus) -> String {
         RunState::Running => format!("{run}: goes on{process}, {kind}"),
         RunState::Overdue => format!("{run}: OVERDUE, its program hangs or waits{process}, {kind}"),
         RunState::Stopped => format!("{run}: stopped before its end, {kind}"),
-        RunState::Died => match status.latest_events.last() {
-            // After it nothing works on the run.
+        // A lamp that does not go off at the end is an event, too.
+        RunState::Died => match status.latest_events.iter().rfind(is_state) {
             Some(LatestEvent { kind: "fault", text, .. }) => {
                 format!("{run}: an error ended it, {kind}: {}", shown(text))
             }
